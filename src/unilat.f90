@@ -217,7 +217,7 @@ contains
       end do
    end subroutine open_results
 
-   !> Exit code of an error that is not an error of the deck.
+   !> Exit code of an error that the deck has not caused.
    pure integer function code_of(error)
       type(error_t), intent(in) :: error
       code_of = merge(exit_refused, exit_internal, error%system)
@@ -244,7 +244,7 @@ contains
       call end_program(exit_complete)
    end subroutine end_after_output
 
-   !> Ends the program if the run of the result file cannot continue with the given deck.
+   !> Ends the program if the run of the result file cannot be continued with the given deck.
    subroutine check_other_deck()
       type(deck_source_t) :: old
       type(model_t) :: old_model
@@ -273,8 +273,8 @@ contains
       end if
    end subroutine note_failure
 
-   !> Reports contacts that are at nodes although the deck did not request this: contact at nodes is a different problem from
-   !> contact along the rod.
+   !> Reports contacts that are at nodes although the deck did not request this: contact at nodes is another problem than contact
+   !> along the rod.
    subroutine note_contact_at_nodes()
       integer :: i
       do i = 1, size(deck_model%contact)

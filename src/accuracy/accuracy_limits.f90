@@ -13,11 +13,11 @@ module accuracy_limits
 
 contains
 
-   !> Reason why no error can be estimated at a converged state, in words; '' if it can.
+   !> Reason why no error can be estimated at a converged state, in words; '' if an estimate is possible.
    !>
-   !> A solution without kinks inside elements converges with the order of the elements. Contact at nodes has a kink wherever
-   !> contact begins or ends. Where contact with a foundation ends, or its law has a corner, the mesh should have an interface
-   !> point; if it cannot have one, the kink has an error estimate of its own (inner_kinks). The UL2 element has no enriched form.
+   !> Solutions without kinks inside elements converge with the order of the elements. Contact at nodes causes a kink at each of its
+   !> ends. An end of contact with a foundation, or a corner of the foundation's law, should be an interface point of the mesh; if
+   !> it cannot be one, its kink has an error estimate of its own (inner_kinks). The UL2 element has no enriched form.
    function why_not_told(problem, state, as_it_is, smallest) result(why)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -31,7 +31,7 @@ contains
       if (any(.not. collocates(problem%model%mesh%family))) why = 'the mesh has UL2 elements'
       do c = 1, problem%candidates%n
          if (problem%candidates%contact_span(c) > 0 .or. .not. state%active(c)) cycle
-         ! A stop acts at a node that the deck names, and every mesh has this node: the kink is not inside an element.
+         ! A stop acts at a node that the deck names, which is a node of every mesh: its kink is not inside an element.
          if (is_stop(problem, c)) cycle
          if (size(problem%model%contact(problem%candidates%contact(c))%node) > 1) why = 'contact is at the nodes of the mesh'
       end do

@@ -1,9 +1,9 @@
 !> Discretisation errors of the load factors of a buckling step.
 !>
 !> The enriched problem has a state and eigenvalues of its own at the same load. Eigenvalues are paired by their order, so that the
-!> bar is that of the k-th load factor even if modes cross. With C the load factor's difference between both problems, the relative
-!> error of a mode is proportional to C / load factor. The square of the mode's error is an error of the eigenvalue that the
-!> comparison of both problems does not show: C^2 / load factor.
+!> bar is that of the k-th load factor even if modes cross. Let C be the difference of the load factor between both problems. The
+!> relative error of the mode is about C / load factor; its square causes an error of the eigenvalue that the comparison of both
+!> problems does not show: C^2 / load factor.
 module buckling_errors
    use kinds, only: wp
    use errors, only: error_t
@@ -59,7 +59,7 @@ contains
       end if
       do k = 1, min(size(buckling%load_factor), size(finer%load_factor))
          associate (factor => buckling%load_factor(k))
-            ! Loads that buckle in both directions have pairs of eigenvalues of equal magnitude, in any order.
+            ! Some loads buckle the structure in both directions. Eigenvalues then form pairs of equal magnitude, in any order.
             correction = (abs(finer%load_factor(k)) - abs(factor)) * sign(1.0_wp, factor)
             rounding = (buckling%residual(k)**2 + finer%residual(k)**2 + 4.0_wp * epsilon(rounding)) * abs(factor)
             buckling%bar(k) = new_error_bar(correction, correction**2 / abs(factor), abs(correction), rounding)

@@ -1,10 +1,10 @@
-!> Errors of the elements at a point of the path. They cause the errors of the numbers that are reported (loads, displacements,
-!> reactions): the error of a number is the work of the elements' errors on that number's dual displacements (path_duals).
+!> Errors of the elements at a point of the path. They cause the errors of the reported numbers (loads, displacements, reactions):
+!> the error of a number is the work of the elements' errors on that number's dual displacements (path_duals).
 !>
-!> The enriched element, with its internal unknowns eliminated about the collocation polynomial, has a relative end displacement and
-!> another end moment that the element itself does not have. Imposed on the element itself, both are out-of-balance forces on the
-!> nodes. (The end forces of the enriched element for that end displacement are no substitute: at orders 2 and 4 its axial stiffness
-!> differs.)
+!> Let the internal unknowns of the enriched element be eliminated about the collocation polynomial of the element. The relative
+!> displacement and the moment that result at its ends are errors of the element. Imposed on the element itself, both become
+!> out-of-balance forces on the nodes. (The end forces of the enriched element for that displacement are no substitute: at orders 2
+!> and 4 its axial stiffness differs.)
 module element_errors
    use kinds, only: wp
    use element_families, only: collocates
@@ -18,7 +18,7 @@ module element_errors
    private
    public :: element_errors_t, new_element_errors, element_duals
 
-   !> Factor on the root of the sum of squares in `rounding`. In runs of a prototype that root was 0.26 to 148 times the true
+   !> Factor on the root of the sum of squares in `rounding`. Over the runs of a prototype this root was 0.26 to 148 times the true
    !> rounding error.
    real(wp), parameter :: rounding_factor = 4.0_wp
 
@@ -107,8 +107,8 @@ contains
       rounding = rounding_factor * epsilon(rounding) * sqrt(rounding)
    end function rounding
 
-   !> Force on a null vector, as far as it exceeds its own error: the sum of the absolute contributions of the elements, the
-   !> rounding of the contributions, and that of the directions of the elements' forces.
+   !> Work of the out-of-balance forces on a null vector, minus its own error: the sum of the absolute contributions of the
+   !> elements, their rounding, and the rounding of the directions of the elements' forces. Zero if the error is larger.
    real(wp) function excess_on_mode(self, problem, system, mode) result(excess)
       class(element_errors_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -130,8 +130,8 @@ contains
       excess = max(excess, 0.0_wp)
    end function excess_on_mode
 
-   !> Out-of-balance forces of an element on its nodes, due to the enriched element. Node axes. The mean of the results for either
-   !> end, so that they do not depend on the direction of the element.
+   !> Out-of-balance forces of an element on its nodes, due to the enriched element; node axes. The mean of the results for both
+   !> ends does not depend on the direction of the element.
    function unbalanced(problem, system, finer, e) result(force)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system, finer
@@ -148,10 +148,10 @@ contains
 
    contains
 
-      !> Out-of-balance forces from the displacement of one end that, with the other end held, gives the enriched element the force
-      !> difference at the held end.
+      !> Out-of-balance forces from a displacement of one end with the other end fixed. The displacement gives the enriched element
+      !> the force difference at the fixed end.
       subroutine by_displacement(held, moved, forces, singular)
-         integer, intent(in) :: held, moved      !! numbers of rows before those of the held end and of the moved end
+         integer, intent(in) :: held, moved      !! numbers of rows before those of the fixed end and of the moved end
          real(wp), intent(out) :: forces(6)
          logical, intent(out) :: singular
          real(wp) :: stiffness(3, 3), gap(1, 3), weight(3)

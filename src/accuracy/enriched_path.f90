@@ -28,10 +28,10 @@ module enriched_path
       type(problem_t), pointer :: problem => null() !! the enriched problem
       type(state_t) :: base                      !! the point of the problem's own path, as a state of the enriched problem
       type(control_t) :: control                 !! constraint of the points: its increment counts from the problem's own point
-      real(wp) :: away = 0.0_wp                  !! controlled displacement of the problem's own point minus that of `base`, which
-      !! differ inside an element because the polynomials have different orders
+      real(wp) :: away = 0.0_wp                  !! controlled displacement of the problem's own point minus that of `base`:
+      !! inside an element the polynomials have different orders
       type(path_tangent_t) :: heading                 !! tangent of the problem's own path
-      integer, allocatable :: ends(:)            !! touchdown points whose places are values, see place_functional
+      integer, allocatable :: ends(:)            !! touchdown points whose positions are values, see place_functional
       real(wp), allocatable :: modes(:, :)       !! (unknowns, multiplicity) at a bifurcation: null vectors; Newton steps have no
       !! component along them
    end type enriched_path_t
@@ -45,13 +45,13 @@ module enriched_path
       logical :: ok = .false.                    !! false: Newton's method failed, and the other components are undefined
    end type enriched_point_t
 
-   !> Newton steps to a point, from a predictor accurate to the mesh error or to a tangent step over a small part of an increment.
+   !> Newton steps to a point. The predictor is accurate to the mesh error, or is a tangent step over a small part of an increment.
    !> The last step also removes rounding, to which displacements at limit points are sensitive.
    integer, parameter :: steps = 2
 
-   real(wp), parameter :: left = 0.01_wp      !! part of the first residual that may remain: it changes an estimate by a hundredth
-   real(wp), parameter :: straight = 1.0e-3_wp !! [rad] largest rotation of a step; its relative remainder is up to ten times that;
-   !! no input deck changes from 1E-4 to 0.01
+   real(wp), parameter :: left = 0.01_wp !! part of the first residual allowed to remain: it changes an estimate by a hundredth
+   real(wp), parameter :: straight = 1.0e-3_wp !! [rad] largest rotation of a step; the relative error of the step is up to ten
+   !! times this; no input deck changes from 1E-4 to 0.01
    real(wp), parameter :: near = 1.0e-7_wp !! movement of touchdown points over the span; the relative change of a stiff rod's
    !! thrust is 100 times larger
 
@@ -64,7 +64,7 @@ contains
       type(state_t), intent(in) :: state
       type(control_t), intent(in) :: control     !! its tangent is set if its method needs one
       type(path_tangent_t), intent(in) :: heading     !! path tangent at `state`
-      integer, intent(in) :: ends(:)             !! touchdown points whose places are values
+      integer, intent(in) :: ends(:)             !! touchdown points whose positions are values
       type(enriched_path_t), intent(out) :: path
       call provide_finer_problem(problem, finer)
       path%problem => finer%problem
@@ -93,7 +93,7 @@ contains
    !> Solves the enriched problem for the next point of the path, one increment of the control from `point`.
    subroutine next_point(path, increment, point)
       type(enriched_path_t), intent(in) :: path
-      real(wp), intent(in) :: increment
+      real(wp), intent(in) :: increment !! in the quantity of path%control, from `point`
       type(enriched_point_t), intent(inout) :: point
       type(contact_step_t) :: step
       integer :: k
@@ -113,10 +113,10 @@ contains
       end associate
    end subroutine next_point
 
-   !> Values at the control's point of the enriched problem, at the lowest cost; point%system is unusable afterwards.
+   !> Values at the control's point of the enriched problem with as few operations as possible; point%system is unusable afterwards.
    !>
-   !> The remainder of a Newton step is of second order in the rotations of the sections and the movements of touchdown points, the
-   !> only nonlinear quantities. If both are small, the residual after the step is not computed.
+   !> Only rotations of sections and movements of touchdown points make the equations nonlinear: the error of a Newton step is of
+   !> the second order in both. If both are small, no residual is computed after the step.
    subroutine values_beside(path, point)
       type(enriched_path_t), intent(in) :: path
       type(enriched_point_t), intent(inout) :: point !! the start, from start_point
@@ -153,7 +153,7 @@ contains
       end associate
    end subroutine values_beside
 
-   !> Load factor, monitors and places of touchdown points at a point.
+   !> Load factor, monitors and positions of touchdown points at a point.
    function values_at(path, point) result(value)
       type(enriched_path_t), intent(in) :: path
       type(enriched_point_t), intent(in) :: point
@@ -172,7 +172,8 @@ contains
       if (is_short .and. problem%has_spans()) is_short = touchdown_travel(problem, point%state, ahead) <= near
    end function is_short
 
-   !> True if the rotations of the step are small and no foundation acts, whose contact would make the equations nonlinear, too.
+   !> True if the rotations of the step are small and no foundation acts. The contact of a foundation would make the equations
+   !> nonlinear, too.
    pure logical function turns_little(problem, system, step) result(little)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! defines the node axes
@@ -188,7 +189,7 @@ contains
       little = .true.
    end function turns_little
 
-   !> Change of the monitored support reactions by a step, as monitors use the equations at the start of the step.
+   !> Change of the monitored support reactions by a step, from the equations at the start of the step.
    function support_changes(problem, system, step) result(change)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -233,7 +234,7 @@ contains
       end associate
    end subroutine solve_step
 
-   !> Adds a step to the point; the system remains that of the point before.
+   !> Adds a step to the state of the point; the system remains that of the start of the step.
    subroutine go(path, step, point)
       type(enriched_path_t), intent(in) :: path
       type(contact_step_t), intent(in) :: step
@@ -247,7 +248,7 @@ contains
       end associate
    end subroutine go
 
-   !> Norm of the residual of the free unknowns: forces, and moments over the structure's size.
+   !> Norm of the residual of the free unknowns: of forces, and of moments divided by the structure's size.
    pure real(wp) function out_of_balance(problem, system)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system

@@ -1,7 +1,7 @@
 !> The enriched problem: the same structure on the same nodes with one more Gauss point in every element, for error estimates.
 !>
-!> An element with s points has an error of O(h^(2s)), with s + 1 points of two orders less, so that the difference of both
-!> solutions is the error of the first. Everything that depends on the order of an element is enriched: foundations inside the
+!> The error of an element with s points is O(h^(2s)), with s + 1 points it is two orders smaller, so that the difference of both
+!> solutions estimates the error of the first. All parts that depend on the order of an element are enriched: foundations inside the
 !> element, the conforming element on its obstacle's track, touchdown points at its ends, and the rod profile for gaps and monitors
 !> between nodes.
 module enriched_problem
@@ -66,7 +66,7 @@ contains
       associate (mesh => finer%model%mesh)
          do e = 1, mesh%n_elements
             if (.not. collocates(mesh%family(e))) cycle
-            ! Elements with one stage have a shear compliance that is not the section's.
+            ! The shear compliance of elements with one stage is not that of the section; the enriched element has the section's.
             associate (section => finer%model%section(mesh%section(e)))
                if (mesh%stages(e) == 2) finer%compliance(e)%shear = 0.0_wp
                if (mesh%stages(e) == 2 .and. .not. section%shear_rigid) finer%compliance(e)%shear = 1.0_wp / section%ga
@@ -80,8 +80,8 @@ contains
       end associate
    end subroutine new_finer_problem
 
-   !> Transfers a state to the enriched problem: nodal displacements, and the resultants by the collocation polynomial. The residual
-   !> of its elements is the discretisation error of the first problem.
+   !> Transfers a state to the enriched problem: the displacements of the nodes, and the stress resultants by the collocation
+   !> polynomial. The residuals of the enriched elements are then the discretisation errors of the state.
    subroutine new_finer_state(problem, state, finer, new, known)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged

@@ -1,6 +1,6 @@
 !> Contributions of the elements to the discretisation errors of numbers at one point of the path: the load factor, the monitors,
-!> the positions of touchdown points, and the gap that is zero at an event. All these numbers are functionals, and by Betti's
-!> theorem the errors of the elements change each number by their work on its dual displacements.
+!> the positions of touchdown points, and the gap that is zero at an event. All these numbers are functionals. By Betti's theorem
+!> the error of a number is the work of the elements' errors on the number's dual displacements.
 module error_contributions
    use kinds, only: wp
    use problem, only: problem_t
@@ -39,10 +39,10 @@ module error_contributions
    type :: inside_t
       real(wp) :: change = 0.0_wp                !! number from the enriched polynomials minus the number
       real(wp) :: most = 0.0_wp                  !! bound of that change
-      integer, allocatable :: element(:)         !! elements with the number's places inside; empty: none
+      integer, allocatable :: element(:)         !! elements with the number's points inside; empty: none
    end type inside_t
 
-   integer, parameter :: samples = 7             !! places in an element at which two polynomials are compared
+   integer, parameter :: samples = 7             !! points in an element at which two polynomials are compared
 
 contains
 
@@ -56,7 +56,7 @@ contains
       type(state_t), intent(in) :: start         !! state of the enriched problem at the same point
       type(system_t), intent(in) :: at_start     !! system of the enriched problem, assembled at `start`
       type(control_t), intent(in) :: control     !! constraint: the quantity that is prescribed
-      integer, intent(in) :: ends(:)             !! touchdown points whose places are rows, see place_functional
+      integer, intent(in) :: ends(:)             !! touchdown points whose positions are rows, see place_functional
       real(wp), intent(in) :: modes(:, :)        !! (n, multiplicity) null vectors of a bifurcation, else none
       type(contributions_t), intent(out) :: shares
       type(functional_t), allocatable, intent(in), optional :: gap !! gap of an event; not allocated: none
@@ -79,8 +79,8 @@ contains
       do m = 1, size(number)
          if (.not. number(m)%estimated) cycle
          inside = enrichment_change(problem, state, number(m), finer, start, at_start)
-         ! A prescribed monitor has the prescribed value on the element's own polynomial: between nodes the enriched polynomial
-         ! differs there, and all numbers change with the correction of that difference.
+         ! A prescribed monitor has its value on the element's own polynomial. Between nodes the enriched polynomial has another
+         ! value there, and the correction of this difference changes all numbers.
          call set_row(number(m), dual(:, m), inside%change - by_held(m) * held_inside%change, m)
          call add_inside(inside, 1.0_wp, m, shares)
          call add_inside(held_inside, abs(by_held(m)), m, shares)
@@ -106,7 +106,7 @@ contains
          if (allocated(gap)) number = [number, gap]
       end function numbers_of
 
-      !> Computes the error contributions of one number, its row.
+      !> Computes one row, the error contributions of one number.
       subroutine set_row(number, dual, change, row)
          type(functional_t), intent(in) :: number
          real(wp), intent(in) :: dual(:)            ! (unknowns) dual displacements of the number
@@ -126,9 +126,9 @@ contains
          share = errors%work(by_end)
          of_kinks = errors%work_of_kinks(problem, system, by_end)
          shares%known(row) = .true.
-         ! The residual that Newton's method left is no error of the elements.
+         ! The residual that Newton's method left is not caused by an element.
          shares%rest(row) = dot_product(total, merge(0.0_wp, system%residual, system%fixed))
-         ! For numbers with places inside elements `change` contains the defect already.
+         ! For numbers with points inside elements `change` already contains the defect.
          if (.not. (allocated(number%inner) .or. allocated(number%section))) shares%rest(row) = shares%rest(row) + number%defect
          shares%sum(row) = sum(share) + shares%rest(row) + change + direct
          shares%size(row) = sum(abs(share)) + abs(shares%rest(row) + change + direct)
@@ -162,8 +162,8 @@ contains
    end subroutine add_inside
 
    !> Absolute contributions of the elements to the error of an eigenvalue at a fixed state: the change of the quadratic form of its
-   !> modes due to the stiffness of the enriched elements. Only their ratios are used, because they are too large at orders 2 and 4
-   !> (see element_errors).
+   !> modes by the stiffness of the enriched elements. Only the ratios of these contributions are used, because at orders 2 and 4
+   !> they are too large (see element_errors).
    function eigenvalue_shares(problem, system, finer, modes) result(share)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system, finer
@@ -180,7 +180,7 @@ contains
       end do
    end function eigenvalue_shares
 
-   !> Change of a number between nodes due to enriched polynomials, in which the elements have no internal residuals.
+   !> Change of a number between nodes by enriched polynomials, at a state whose enriched elements have no internal residuals.
    function enrichment_change(problem, state, number, finer, start, at_start) result(inside)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -200,7 +200,7 @@ contains
       do i = 1, size(number%inner)
          associate (place => number%inner(i))
             inside%change = inside%change + difference(place, place%tau)
-            ! At the place itself two polynomials may agree by chance.
+            ! At the position itself the two polynomials may be equal by chance.
             largest = maxval([(abs(difference(place, real(j, wp) / (samples + 1))), j=1, samples)])
             inside%most = inside%most + 4.0_wp * place%tau * (1.0_wp - place%tau) * largest
          end associate
@@ -233,7 +233,7 @@ contains
             & section_value(problem, state, place%element, tau, place%quantity, place%sense)
       end function section_change
 
-      !> Difference of the two polynomials in an element, with the weights of a place.
+      !> Difference between the two polynomials at a position, summed with the weights of the point's displacements and rotation.
       real(wp) function difference(place, tau)
          type(inner_place_t), intent(in) :: place
          real(wp), intent(in) :: tau             !! position in the element, 0 to 1

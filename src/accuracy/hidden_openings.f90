@@ -1,10 +1,10 @@
-!> Places where a mesh is too coarse to guarantee that contact with a foundation is continuous between places where contact is
-!> certain.
+!> Elements in which contact with a foundation may open undetected, because the mesh is too coarse to show that contact is
+!> continuous between two points of certain contact.
 !>
-!> An element on a foundation may be several characteristic lengths long; an opening inside is visible in its gap between the nodes
-!> as far as the polynomial is accurate. If the sign of that gap is uncertain, contact may have opened undetected, and a shorter
-!> element decides. An element too long to follow its foundation gives only a mean gap; decaying waves from its nodes are
-!> superimposed on that mean.
+!> An element on a foundation may be several characteristic lengths long. If its polynomial is accurate enough, an opening inside is
+!> visible in its gap between the nodes. If the sign of that gap is uncertain, contact may have opened undetected, and only shorter
+!> elements can decide. An element too long to resolve its foundation gives only a mean gap, on which decaying waves from its nodes
+!> are superimposed.
 module hidden_openings
    use kinds, only: wp
    use problem, only: problem_t
@@ -20,8 +20,8 @@ module hidden_openings
 
 contains
 
-   !> Marks the elements inside which contact may have opened undetected. Places that are certainly open, or uncertain by rounding
-   !> only, do not count.
+   !> Marks the elements in which contact may have opened undetected. Places that are certainly open, or uncertain by rounding only,
+   !> do not count.
    function may_be_open(problem, state) result(doubtful)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged
@@ -33,7 +33,7 @@ contains
       logical :: waits(problem%model%mesh%n_elements)   ! true: `waiting` contains the element
       integer :: waiting(problem%model%mesh%n_elements) ! elements without certain contact since the last certain contact
       integer :: n_waiting, k, c, j, e, round
-      logical :: certain                         ! true: certain contact was found before this place
+      logical :: certain                         ! true: certain contact was found before this point
       logical :: rounds_off                      ! true: the uncertainty is due to rounding
       doubtful = .false.
       if (.not. any(problem%ground%founded)) return
@@ -80,7 +80,7 @@ contains
          call look(settled, max(wave, rounding))
       end subroutine check_decayed_wave
 
-      !> Classifies a place of an element. Elements without certain contact between two places of certain contact may have opened.
+      !> Classifies a point of an element. Elements without certain contact between two points of certain contact may have opened.
       subroutine look(value, doubt)
          real(wp), intent(in) :: value           !! gap
          real(wp), intent(in) :: doubt           !! its uncertainty

@@ -38,7 +38,7 @@ module located_zero
 
 contains
 
-   !> Prepares the test function of an event for other points: a bifurcation is identified by its null vectors.
+   !> Prepares the test function of an event for evaluation at other points: a bifurcation is identified by its null vectors.
    subroutine new_zero(problem, event, state, system, zero)
       type(problem_t), intent(in) :: problem
       type(event_t), intent(in) :: event
@@ -51,7 +51,7 @@ contains
       zero%event = event
       if (event%kind /= event_bifurcation) return
       call lowest_modes(problem, state, system, most_null_vectors + 1, modes, error)
-      ! The mode is usable even if the iteration has not converged next to a singular tangent.
+      ! Next to a singular tangent the mode is usable even if the iteration for it has not converged.
       n = max(count(abs(modes%mu) <= as_zero * event%scale), min(modes%n, 1))
       if (n > 0) zero%modes = modes%x(:, :n)
    end subroutine new_zero
@@ -70,7 +70,7 @@ contains
          tests = run_span_tests(problem, state, max(system%force_scale, tiny(value)), zero%test)
          if (size(tests) < zero%test) return
          value = tests(zero%test)%value
-         ! A couple of either sign lifts: where its test becomes zero the couple changes its sign.
+         ! The test is minus the size of the couple, because a couple of either sign lifts the contact. The couple itself is smooth.
          if (tests(zero%test)%kind == test_couple) value = breakpoint_couple(problem, state, tests(zero%test)%candidate) / &
             & (max(system%force_scale, tiny(value)) * problem%size)
       else if (.not. allocated(zero%event)) then
@@ -82,8 +82,8 @@ contains
       end if
    end function zero_value
 
-   !> Remaining value of the test function at the located event. A line contact counts as closed at its shortest length, and so does
-   !> the span between a contact and a segment boundary; this length then remains to zero.
+   !> Value of the test function that remains at the located event. A line contact counts as closed at its shortest length, and so
+   !> does the span between a contact and a segment boundary; the value that remains is this length.
    real(wp) function left_of_zero(problem, zero, state, system) result(left)
       type(problem_t), intent(in) :: problem
       type(zero_t), intent(in) :: zero
@@ -100,7 +100,7 @@ contains
       end associate
    end function left_of_zero
 
-   !> Event function of the end of contact with a foundation, a gap, as a functional.
+   !> Event function of the end of contact with a foundation, which is a gap, as a functional.
    subroutine find_event_gap(problem, zero, state, system, number)
       type(problem_t), intent(in) :: problem
       type(zero_t), intent(in) :: zero
@@ -118,9 +118,9 @@ contains
          & problem%ground%chain%contact(candidate), problem%ground%chain%element(2, candidate), tau, gap, normal))
    end subroutine find_event_gap
 
-   !> Difference of the event function between the enriched problem and the problem, less the part due to nodal values: the smallest
-   !> gap lies inside an element and is only as accurate as the element's polynomials. Zero for all events except those of
-   !> foundations.
+   !> Difference of the event function between the enriched problem and the problem, without the part due to nodal values. Only
+   !> events of foundations have such a difference: their smallest gap lies inside an element and is only as accurate as the
+   !> polynomial of the element.
    subroutine between_nodes(problem, zero, state, system, load_rate, finer, there, value, element, part, most, doubt)
       type(problem_t), intent(in) :: problem, finer
       type(zero_t), intent(in) :: zero
@@ -130,7 +130,7 @@ contains
       type(state_t), intent(in) :: there         !! state of the enriched problem where the prescribed quantity has the same value
       real(wp), intent(in) :: value              !! event function on the enriched problem
       integer, intent(out) :: element            !! element that contains the smallest gap; 0: none
-      real(wp), intent(out) :: part
+      real(wp), intent(out) :: part              !! the difference
       real(wp), intent(out) :: most              !! bound of the difference at the distance of the smallest gap from the nodes
       real(wp), intent(out) :: doubt             !! interpolation error of both rod profiles at the smallest gap
       type(element_gap_t) :: gap(2)
@@ -184,7 +184,7 @@ contains
       if (is_on_ground(zero)) located_gap = 1.01_wp * ground_event_gap(problem, state, zero%event%ground)
    end function located_gap
 
-   !> The eigenvalue nearest to zero among those whose modes are mainly combinations of the given ones.
+   !> The eigenvalue nearest to zero among those whose modes are mainly combinations of the given modes.
    function eigenvalue_of(problem, given, state, system) result(value)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: given(:, :)
@@ -207,7 +207,7 @@ contains
          end if
       end if
       call lowest_modes(problem, state, system, most_null_vectors + 1, modes, error)
-      ! Eigenvalues are sorted by magnitude: the first suitable one is the nearest to zero.
+      ! Eigenvalues are sorted by magnitude: the first with such a mode is the nearest to zero.
       do i = 1, modes%n
          if (sum([(likeness(problem, given(:, k), modes%x(:, i))**2, k=1, size(given, 2))]) < 0.5_wp) cycle
          value = modes%mu(i) - of_other_modes(problem, state, system, modes%x(:, i))
@@ -215,7 +215,7 @@ contains
       end do
    end function eigenvalue_of
 
-   !> Computes the mode next to a given one by inverse iteration, which converges at once if the eigenvalue is much nearer to zero
+   !> Computes the mode next to a given one by inverse iteration, which converges at once if its eigenvalue is much nearer to zero
    !> than all others, as at a bifurcation.
    subroutine iterate_mode(problem, given, system, mode, settled)
       type(problem_t), intent(in) :: problem
@@ -240,8 +240,8 @@ contains
       settled = settled .and. likeness(problem, given, mode)**2 >= 0.5_wp
    end subroutine iterate_mode
 
-   !> Rounding error of the eigenvalue of a mode: that of the element deformations, from which the products are computed (see
-   !> tangent_modes), and the contribution of other modes left by the iteration.
+   !> Rounding error of the eigenvalue of a mode: that of the element deformations from which the Rayleigh quotient is computed (see
+   !> tangent_modes), and the contribution of other modes that the iteration has left.
    real(wp) function mode_rounding(problem, state, system, zero) result(rounding)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

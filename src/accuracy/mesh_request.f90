@@ -1,8 +1,8 @@
 !> Mesh requests from error bars: number and distribution of elements that satisfy a tolerance.
 !>
-!> An element of s stages and length h contributes c h^(2s+1) to the error of a number. With equal g = contribution^(1/(2s+1)) in
-!> all elements the error of n elements is (sum of g)^(2s+1) / n^(2s), which gives n. The result is exact if the mesh resolves the
-!> solution; if the bars show that it does not, the number is doubled.
+!> An element of s stages and length h contributes c h^(2s+1) to the error of a number. If g = contribution^(1/(2s+1)) is equal in
+!> all elements, the error of n elements is (sum of g)^(2s+1) / n^(2s), from which n follows. The result is exact if the mesh
+!> resolves the solution; if the bars show that it does not, the number of elements is doubled.
 module mesh_request
    use kinds, only: wp
    use model, only: monitor_t, quantity_displacement, quantity_section
@@ -24,7 +24,8 @@ module mesh_request
       integer :: elements = 0                    !! number of elements of that mesh
       real(wp) :: ratio_before = huge(1.0_wp)    !! error over tolerance on the previous mesh, whether it helped or not
       integer :: elements_before = 0             !! number of elements of that mesh
-      integer :: doublings = 0 !! doublings because no error could be estimated, at this and at previous such points
+      integer :: doublings = 0 !! number of times that the elements were doubled because no error could be estimated, at this and
+      !! at previous such points
       type(mesh_density_t), allocatable :: demand(:)   !! (rod segments) mesh density before all of these meshes
       logical :: in_vain = .false.               !! true: finer meshes do not reduce the error
    end type refinement_t
@@ -44,11 +45,11 @@ module mesh_request
    integer, parameter :: most_unbounded = 2      !! the same number of meshes if the bars are not bounded
    integer, parameter :: most_unknown = 5        !! number of meshes without error estimates, for one point or several points in a
    !! row, after which none is tried
-   !> Rounding error of a position over the structure's size: the largest value in runs of a prototype. No accuracy is required
-   !> below it.
+   !> Rounding error of a position over the structure's size: the largest value in runs of a prototype. Smaller errors of positions
+   !> are not required.
    real(wp), parameter :: place_rounding = 3.0e-14_wp
-   !> Rounding of a displacement that symmetry makes zero, over the structure's size: on unstable parts of a path it is larger than
-   !> that of positions, and other libraries of LAPACK give other values (1e-13 in the deep arch).
+   !> Rounding error, over the structure's size, of a displacement that symmetry makes zero. On unstable parts of a path it is
+   !> larger than that of positions, and it depends on the LAPACK library (1e-13 in the deep arch).
    real(wp), parameter :: idle_rounding = 10.0_wp * place_rounding
    real(wp), parameter :: enough_progress = 0.7_wp !! largest ratio of errors that counts as progress, on a mesh finer by `least`
    real(wp), parameter :: most = 4.0_wp !! largest factor on the number of elements at once; beyond it the predicted error is
@@ -57,8 +58,8 @@ module mesh_request
 
 contains
 
-   !> Requests a finer mesh if bars are wider than allowed, or contact may have opened undetected. Not allocated: bars are within
-   !> tolerance, or no mesh of the program can narrow them (rounding, elements given by the deck, no estimate).
+   !> Requests a finer mesh if bars are wider than allowed, or if contact may have opened undetected. Not allocated: the bars are
+   !> within tolerance, or no mesh of the program can narrow them (rounding, elements given by the deck, no estimate).
    subroutine request_mesh(problem, state, bars, sizes, counted, asked, critical, tries, can_settle, last, unsettled, &
       & demand)
       type(problem_t), intent(in) :: problem
@@ -113,7 +114,7 @@ contains
             last%in_vain = .false.
          end if
          if (known .and. .not. allocated(bars%share)) then
-            ! If foundation contact ends inside an element, a node is placed there; more elements do not help.
+            ! If foundation contact ends inside an element, a node there helps; more elements do not.
             cut = .false.
             rounding = gap_rounding(state)
             do k = 1, problem%ground%chain%n
@@ -142,8 +143,8 @@ contains
                last%in_vain = .false.
             else if (tries > most_cancelling .or. (tries > merge(1, most_unbounded, bounded) .and. now >= 2 * last%elements .and. &
                & enough_progress * ratio > 1.0_wp .and. .not. on_its_way)) then
-               ! More elements do not help. But errors of coarse meshes may cancel, by symmetry on the first mesh or when they are
-               ! almost within tolerance, and a few more elements may give bounds. Refinement is therefore given up only after
+               ! More elements do not reduce the error. But on coarse meshes errors may cancel, by symmetry on the first mesh or if
+               ! they are almost within tolerance, and a few more elements may give bounds. Refinement therefore ends only after
                ! several meshes.
                last%in_vain = .true.
                return
@@ -154,8 +155,9 @@ contains
             if (2.0_wp * sum(indicator, mask=free) < sum(indicator)) return
             wanted = number_for(problem, free, whole, part_of_asked * asked)
             if (tries > 0 .or. .not. bounded) wanted = max(wanted, least * now)
-            ! On coarse meshes errors may cancel, but not on a slightly finer mesh; with twice the elements they do not cancel. (If
-            ! the number were always doubled, the mesh would be doubled at every point where more elements do not help.)
+            ! On a coarse mesh the errors of elements may cancel by chance, and a slightly finer mesh then has larger errors; with
+            ! twice the elements this does not happen. (Doubling always would double the mesh at each point at which more elements
+            ! do not help.)
             if (.not. helps .and. tries > most_cancelling) wanted = max(wanted, 2.0_wp * last%elements)
             wanted = min(wanted, most * now)
             g = g / whole
@@ -189,8 +191,8 @@ contains
       comes_there = log(max(ratio, 1.0_wp)) * finer <= left * (log(ratio_before) - log(max(ratio, tiny(ratio))))
    end function comes_there
 
-   !> Requests a coarser mesh if bars are narrower than necessary. Not allocated: hardly fewer elements would be sufficient, or the
-   !> number is unknown.
+   !> Requests a coarser mesh if bars are narrower than necessary. Not allocated: the mesh would have hardly fewer elements, or
+   !> their number is unknown.
    subroutine spare_mesh(problem, state, bars, sizes, counted, asked, demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! the point of the bars
@@ -213,8 +215,7 @@ contains
       demand = demand_of(problem, state, wanted, g / whole)
    end subroutine spare_mesh
 
-   !> Error contributions of the elements, scaled to the bars that they cause: for each element the largest over all numbers that
-   !> count.
+   !> Error contributions of the elements in proportion to the error bars: for each element the largest over all numbers that count.
    subroutine indicate(bars, sizes, counted, asked, critical, bounds, can_settle, indicator, ratio, known, bounded, unsettled)
       type(error_bars_t), intent(in) :: bars
       real(wp), intent(in) :: sizes(:)           !! (1 + monitors) reference values of the errors
@@ -238,12 +239,12 @@ contains
       do k = 1, size(counted)
          call add(bar_of(bars, counted(k)), 1 + counted(k))
       end do
-      ! The place of a touchdown point needs a bounded bar only, of any width.
+      ! The position of a touchdown point needs a bounded bar only, of any width.
       if (any(counted == 0) .and. allocated(bars%place)) bounded = bounded .and. .not. any(lacks_bound(bars%place%bar, asked))
 
    contains
 
-      !> Includes one number: its contributions scaled to its bar.
+      !> Includes one number: its contributions in proportion to its bar.
       subroutine add(number, row)
          type(error_bar_t), intent(in) :: number
          integer, intent(in) :: row
@@ -256,9 +257,10 @@ contains
          if (critical) left = left + number%rounding
          if (.not. critical .and. is_rounding(number)) return
          if (.not. of_mesh > 0.0_wp) return
-         ! Rounding wider than the tolerance is reported at the end; the mesh is made as accurate as the rounding.
+         ! If rounding alone exceeds the tolerance, the mesh is made as accurate as rounding allows; the end of the run reports the
+         ! rounding.
          allowed = max(allowed - left, left)
-         ! The remainder of the iteration is no error of any element.
+         ! The remainder of the iteration is not caused by an element.
          if (of_mesh > allowed) unsettled = unsettled .or. (can_settle .and. abs(bars%rest(row)) > max(sum(bars%share(row, :)), &
             & number%rounding))
          if (of_mesh > allowed .or. bounds) bounded = bounded .and. number%bounded
@@ -268,7 +270,8 @@ contains
       end subroutine add
    end subroutine indicate
 
-   !> True for a bar that is mainly rounding, which is ignored at points between critical points, such as the first point of a path.
+   !> True for a bar that is mainly rounding. Such bars, for example at the first point of a path, do not count between critical
+   !> points.
    elemental logical function is_rounding(number)
       type(error_bar_t), intent(in) :: number
       is_rounding = 2.0_wp * number%rounding > number%bar
@@ -295,7 +298,7 @@ contains
       n = exp(((2 * s + 1) * log(whole) - log(error)) / (2 * s))
    end function number_for
 
-   !> Mesh density of a number of elements, distributed like g over the present mesh.
+   !> Mesh density with a given number of elements, distributed in proportion to g over the present mesh.
    function demand_of(problem, state, wanted, g) result(demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -311,7 +314,7 @@ contains
       demand = laid_out(problem, state, demand)
    end function demand_of
 
-   !> The symmetric and smooth mesh density from which meshes are made.
+   !> Symmetric and smooth mesh density, from which the mesh is made.
    function laid_out(problem, state, wanted) result(demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -328,8 +331,8 @@ contains
       end do
    end function laid_out
 
-   !> True if elements at equal distances from both ends of the chain of segments rotate by the same amount, in either direction,
-   !> within the tolerance.
+   !> True if the deformation is symmetric or antisymmetric: elements at equal distances from both ends of the chain of segments
+   !> rotate by the same amount, of either sign, within the tolerance.
    pure logical function bent_alike(problem, state) result(alike)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -353,7 +356,7 @@ contains
       type(state_t), intent(in) :: state
       real(wp) :: sizes(2)
       sizes = [maxval(norm2(state%u(1:2, :), 1)), maxval(abs(state%u(3, :)))]
-      ! A rod that only shortens has no rotation: the displacement over the size serves instead.
+      ! A rod that only shortens has no rotation: its displacement over the structure's size is used instead.
       sizes(2) = max(sizes(2), sizes(1) / problem%size)
    end function motion_sizes
 
@@ -384,7 +387,8 @@ contains
                sizes(1 + m) = max(motion(merge(2, 1, monitor%component == 3)), place_rounding / asked * &
                   & merge(1.0_wp, problem%size, monitor%component == 3))
             else if (monitor%quantity == quantity_section .and. (monitor%where .or. monitor%component > 3)) then
-               ! Strains and stresses are as small as the loads make them; a place is one of the rods.
+               ! The scale of strains and stresses is proportional to that of the loads; the scale of a position is the structure's
+               ! size.
                sizes(1 + m) = merge(problem%size, section_scale(problem, force_scale, monitor), monitor%where)
             else
                sizes(1 + m) = max(force_scale, problem%force_floor / asked) * &
@@ -410,7 +414,7 @@ contains
       end do
    end function section_scale
 
-   !> Rounding error of a displacement monitor that does not change; zero for forces, where it is unknown.
+   !> Rounding error of a displacement monitor that does not change; zero for force monitors, whose rounding is unknown.
    pure real(wp) function rounding_of(problem, m)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: m                   !! index into model%monitor
@@ -425,12 +429,12 @@ contains
    subroutine excess(bars, sizes, counted, asked, critical, told, ratio, which)
       type(error_bars_t), intent(in) :: bars
       real(wp), intent(in) :: sizes(:)           !! (1 + monitors) reference values
-      integer, intent(in) :: counted(:)
-      real(wp), intent(in) :: asked
+      integer, intent(in) :: counted(:)          !! monitors; 0: the load factor
+      real(wp), intent(in) :: asked              !! relative tolerance
       logical, intent(in) :: critical            !! true: rounding counts
       logical, intent(in) :: told                !! true: bars are in the results, where an unbounded bar exceeds every tolerance
-      real(wp), intent(out) :: ratio
-      integer, intent(out) :: which
+      real(wp), intent(out) :: ratio             !! largest ratio
+      integer, intent(out) :: which              !! number with this ratio: 0 the load factor, else a monitor
       integer :: k
       ratio = 0.0_wp
       which = 0

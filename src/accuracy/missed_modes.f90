@@ -1,9 +1,9 @@
 !> Compares the number of unstable directions of the mesh with that of elements of a higher order, or of shorter elements.
 !>
-!> If they differ, the path has passed a bifurcation that only one of the discretisations has, without necessarily an effect on its
-!> numbers: a straight rod of one element of order 2 is exact except that it cannot buckle. If the numbers are equal but an
-!> eigenvalue differs by more than its own size, either discretisation may have passed a bifurcation that the structure does not
-!> have.
+!> If both numbers differ, the path has passed a bifurcation that only one of the discretisations has. Its load and displacements
+!> need not show this: a straight rod of one element of order 2 is exact except that it cannot buckle. If the numbers are equal but
+!> the discretisation error of an eigenvalue exceeds the eigenvalue, one of the discretisations may have passed a bifurcation that
+!> the structure does not have.
 module missed_modes
    use kinds, only: wp, pi
    use errors, only: error_t
@@ -26,9 +26,9 @@ module missed_modes
 
 contains
 
-   !> Unstable directions of the enriched problem minus those of the problem. If they are equal, the number of unstable directions
-   !> that elements hide between their nodes; if there are none, the difference for the reduced problem (released_difference). 0 if
-   !> an eigenvalue close to zero makes a difference uncertain.
+   !> Number of unstable directions of the enriched problem minus that of the problem. If both are equal: the number of unstable
+   !> directions inside elements (hidden_directions), or, if there are none, the difference for the reduced problem
+   !> (released_difference). A difference that is uncertain, because an eigenvalue is close to zero, counts as 0.
    integer function unstable_difference(problem, state, system, path, point, allowed) result(difference)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -66,9 +66,9 @@ contains
       if (doubt) doubt = abs(modes%mu(1)) > beyond_rounding * mode_rounding(problem, state, system, zero)
    end function sign_in_doubt
 
-   !> Lower bound of the unstable directions that no pivot counts: buckling modes of elements between fixed nodes (Wittrick and
-   !> Williams 1971). An element of length h clamped at both ends has its n-th such mode at the thrust N with N h^2/EI = 4 pi^2 n^2;
-   !> elements of higher orders do not show these modes either.
+   !> Lower bound of the number of unstable directions that no pivot counts: buckling modes of elements between fixed nodes
+   !> (Wittrick and Williams 1971). An element of length h clamped at both ends has the n-th of these modes at the thrust N with N
+   !> h^2/EI = 4 pi^2 n^2; elements of higher orders do not show these modes either.
    integer function hidden_directions(problem, state, system) result(hidden)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -77,7 +77,7 @@ contains
       integer :: e
       hidden = 0
       do e = 1, problem%model%mesh%n_elements
-         ! Elements supported by an obstacle or the ground between their nodes buckle at higher loads, and do not count.
+         ! Elements supported between their nodes by an obstacle or the ground buckle at higher loads and do not count.
          if (problem%conforms(e) > 0 .or. problem%ground%founded(e)) cycle
          ! The thrust is at most the larger of the end forces.
          force = max(norm2(system%eraw(1:2, e)), norm2(system%eraw(4:5, e)))
@@ -104,8 +104,8 @@ contains
       if (difference /= 0) difference = difference - (zeros(2) - zeros(1))
    end function certain_difference
 
-   !> Difference of the numbers of unstable directions in the reduced problem without force-free line contacts. These contacts hide
-   !> the difference in the whole problem: a straight rod on a straight wall is exact on any mesh, and supported.
+   !> Difference of the numbers of unstable directions in the reduced problem without force-free line contacts. Such contacts hide
+   !> the difference: a straight rod supported by a straight wall is exact on any mesh.
    integer function released_difference(problem, state, system, allowed) result(difference)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -129,9 +129,9 @@ contains
       if (difference == 0) difference = hidden_directions(free, released, loose)
    end function released_difference
 
-   !> True if the point contacts allow the numbers of negative pivots to be compared: both discretisations agree in the sign of the
-   !> relative curvature at every point contact. The contact's rotational stiffness is proportional to the inverse of the relative
-   !> curvature; where the point becomes a line or two points, the sign is uncertain.
+   !> True if both discretisations agree in the sign of the relative curvature at every point contact, so that their numbers of
+   !> negative pivots can be compared. The rotational stiffness of a point contact is proportional to the inverse of its relative
+   !> curvature; close to a transition to a line contact or to two point contacts its sign is uncertain.
    logical function points_tell(problem, state, finer, better) result(tell)
       type(problem_t), intent(in) :: problem, finer
       type(state_t), intent(in) :: state, better
@@ -146,7 +146,7 @@ contains
       end do
    end function points_tell
 
-   !> True if the signs of all eigenvalues are certain: none is zero within rounding, except those of an event.
+   !> True if the signs of all eigenvalues are certain: only the eigenvalues of an event may be zero within rounding.
    logical function signs_tell(problem, state, system, zeros, negative)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

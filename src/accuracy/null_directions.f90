@@ -1,9 +1,9 @@
-!> Removes from a solution at a bifurcation its components along the null vectors: divided by a vanishing eigenvalue, rounding makes
-!> them arbitrary.
+!> Removes from a solution at a bifurcation its components along the null vectors: rounding divided by a vanishing eigenvalue makes
+!> these components arbitrary.
 !>
-!> The arbitrary component is along K^-1 M v, for the null vector v, the factored tangent K and the metric M, not exactly along v: K
-!> may be that of the enriched problem, or affected by rounding. In slender rods the difference would cause large axial strains and
-!> forces.
+!> With the null vector v, the factored tangent K and the metric M the arbitrary component is along K^-1 M v. This direction differs
+!> from v, because K may be that of the enriched problem, or affected by rounding. In slender rods the difference would cause large
+!> axial strains and forces.
 module null_directions
    use kinds, only: wp
    use problem, only: problem_t, dof
@@ -50,8 +50,8 @@ contains
       x = x - matmul(direction, b(1, :))
    end subroutine leave_out
 
-   !> Forces minus M v times their work on every null vector v. The solution orthogonal to the null vectors is the same, without
-   !> rounding errors along them.
+   !> Forces minus the multiples of M v that work on the null vectors v. The solution orthogonal to the null vectors is the same,
+   !> without rounding errors along them.
    pure function free_of(problem, modes, force) result(free)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: modes(:, :)        !! (unknowns, any number) null vectors, orthonormal in the metric

@@ -1,5 +1,5 @@
 !> Dual displacements of functionals on the path: an out-of-balance force (internal minus external) on an unknown changes a number
-!> by its work on the dual displacement, if the path constraint remains satisfied. One back-substitution for each number.
+!> by its work on the dual displacement, if the path constraint remains satisfied. Each number needs one back-substitution.
 module path_duals
    use kinds, only: wp
    use problem, only: problem_t
@@ -14,7 +14,7 @@ module path_duals
 
 contains
 
-   !> Dual displacements of all numbers.
+   !> Dual displacements of all given functionals.
    subroutine solve_path_duals(problem, system, held, number, modes, dual, by_held, ok)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! factored
@@ -55,8 +55,8 @@ contains
 
    contains
 
-      !> Dual displacements of a number. At a limit point the parts at constant load and due to the load's change are unbounded, and
-      !> their difference loses digits: there it is corrected by the residuals of the equations and of the load.
+      !> Dual displacements of a number. At a limit point two parts are unbounded, that at constant load and that of the change of
+      !> the load, and their difference loses digits: the residuals of the equations and of the load then correct it.
       subroutine combine(number, response, by_held, dual)
          type(functional_t), intent(in) :: number
          real(wp), intent(in) :: response(:)     !! (n) response to the gradient of the number
@@ -66,7 +66,7 @@ contains
          lost = sqrt(epsilon(lost)) * maxval(abs(response))
          dual = by_held * along * of_load - response
          dual = dual + load_residual(number, by_held, dual) * of_load
-         ! The band matrix does not contain the stiffness of coupled ground.
+         ! The band matrix lacks the stiffness of coupled ground, so that the residual cannot be computed from it.
          if (maxval(abs(dual)) > lost .or. system%coupling%n > 0) return
          call band_times(system%k, dual, left)
          left = free_force(by_held * held%by_unknown - number%by_unknown - left)

@@ -1,5 +1,5 @@
-!> Discretisation errors at points of the path: of load factor, monitors and positions of touchdown points while the path constraint
-!> remains satisfied; and errors of located events, which the enriched problem has elsewhere on its path.
+!> Discretisation errors at points of the path. At a point given by the path constraint these are errors of load factor, monitors
+!> and positions of touchdown points. A located event has in addition another position on the path of the enriched problem.
 module path_errors
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kinds, only: wp
@@ -30,8 +30,8 @@ module path_errors
    private
    public :: point_errors, event_errors
 
-   !> A located event as found on the enriched problem's path, by at most two steps from the point where the problem located the
-   !> event.
+   !> A located event on the path of the enriched problem, reached by at most two steps from the point at which the problem located
+   !> it.
    type :: crossing_t
       real(wp) :: f = 0.0_wp                     !! event function at the point where the problem located the event
       real(wp) :: slope = 0.0_wp                 !! derivative of the event function along the path, by the controlled quantity
@@ -44,7 +44,7 @@ module path_errors
       character(:), allocatable :: why           !! reason why the event could not be found; not allocated: found
    end type crossing_t
 
-   real(wp), parameter :: small_part = 1.0e-3_wp !! part of an increment over which derivatives along the path are taken
+   real(wp), parameter :: small_part = 1.0e-3_wp !! part of an increment over which derivatives along the path are computed
    real(wp), parameter :: longest_part = 0.1_wp  !! largest part, over which the path is straight to the same accuracy
    real(wp), parameter :: plain = 1.0_wp / longest_part !! least change of the event function, in rounding errors, from which its
    !! slope is computed
@@ -99,15 +99,15 @@ contains
       end if
       unseen = point%value - value - shares%sum(:size(value))
       call set_bars(problem, state, system, ends, shares, value, point%value - value, unseen, shares%size, shares%rounding, bars)
-      ! The prescribed quantity has no error.
+      ! The quantity prescribed by the constraint has no error.
       given = new_error_bar(0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
       if (path%control%method == method_load) bars%load = given
       if (path%control%method == method_displacement) bars%monitor(path%control%monitor) = given
       call move_alloc(point%system, finer%system)
    end subroutine point_errors
 
-   !> Errors of a located event. In the enriched problem the distance to the event along the path is the value of the event function
-   !> at this point, divided by the slope of the function.
+   !> Errors of a located event. The value of the event function on the enriched problem, divided by the slope of the function, is
+   !> the distance to the event along the path of the enriched problem.
    subroutine event_errors(problem, finer, state, system, zero, heading, length, rise, bars, as_it_is)
       type(problem_t), intent(in) :: problem
       type(enriched_problem_t), intent(inout), target :: finer !! enriched problem, made here if necessary
@@ -134,7 +134,7 @@ contains
       if (bars%why /= '') return
       allocate (modes(size(system%residual), 0))
       if (allocated(zero%modes)) modes = zero%modes
-      ! A structure without displacements along the path, such as a rod heated between clamps, may buckle nevertheless.
+      ! A structure without displacements along the path, such as a rod heated between clamps, may still buckle.
       if (.not. (metric(problem, heading%u, heading%u) > 0.0_wp .or. size(modes, 2) > 0) .or. &
          & .not. (length > 0.0_wp .or. abs(rise) > 0.0_wp)) then
          bars%why = 'nothing moves there'
@@ -142,10 +142,10 @@ contains
       end if
       control%method = method_linearised
       control = holding(problem, state, control, heading)
-      ! A bifurcation is compared by load, whose rate does not vanish there; errors of a stiff structure's small displacements have
-      ! no influence then.
+      ! For a bifurcation both problems are compared at the same load, because the load rate does not vanish there; errors of a
+      ! stiff structure's small displacements then have no influence.
       if (size(modes, 2) > 0) control = normal_plane(problem, state, heading, 1.0_wp)
-      ! Length of the increment in the controlled quantity, which does not contain the load at a limit point, and is the load alone
+      ! Length of the increment in the controlled quantity. The load is no part of this quantity at a limit point, and is all of it
       ! if nothing moves.
       reach = length
       if (control%method == method_linearised) reach = sqrt(metric(problem, control%tangent, control%tangent)) * length + &
@@ -186,9 +186,10 @@ contains
 
    contains
 
-      !> Distributes the error of the event's position over the elements: for a bifurcation like their contributions to the
-      !> eigenvalue and to the touchdown points of the buckling spans, for ends of foundation contact like their contributions to
-      !> the gap, otherwise like those to the load. The part not due to nodal values belongs to the element that contains the event.
+      !> Distributes the error of the event's position over the elements. For a bifurcation it is distributed like their
+      !> contributions to the eigenvalue and to the touchdown points of the buckling spans, for ends of foundation contact like
+      !> those to the gap, otherwise like those to the load. The part not due to nodal values belongs to the element that contains
+      !> the event.
       subroutine share_way()
          real(wp) :: part(size(shares%element, 2)), moved, own, by_event
          integer :: m
@@ -211,8 +212,8 @@ contains
          end do
       end subroutine share_way
 
-      !> Contributions of the elements to a bifurcation's eigenvalue: those to the modes with touchdown points fixed; the rest of
-      !> the eigenvalue's error is distributed like the contributions to the touchdown points.
+      !> Contributions of the elements to the eigenvalue of a bifurcation. Those at fixed touchdown points are known for each
+      !> element; the rest of the error is distributed like the contributions to the touchdown points.
       function bifurcation_shares() result(part)
          real(wp) :: part(size(shares%element, 2)), of_ends(size(shares%element, 2)), rest
          part = by_eigenvalue
@@ -221,11 +222,12 @@ contains
          if (rest > 0.0_wp .and. sum(of_ends) > 0.0_wp) part = part + rest * of_ends / sum(of_ends)
       end function bifurcation_shares
 
-      !> Rounding error of the load rate, if that is the event function.
+      !> Rounding error of the load rate if the load rate is the event function; otherwise zero.
       real(wp) function load_rounding() result(error)
          real(wp) :: stiffness, rounding, work
          error = 0.0_wp
-         ! A limit point may be located to the last bit. The path tangent is then that of springs at the unknowns.
+         ! At a limit point located to the last bit the stiffness is singular and was supplemented by springs at the unknowns: the
+         ! tangent is not that of the path.
          if (.not. zero_is(zero, event_limit) .or. system%factor%deficient) return
          call path_stiffness(problem, state, system, stiffness, rounding)
          work = abs(dot_product(system%tangent, system%load) * heading%load)
@@ -261,8 +263,8 @@ contains
       zero_is = zero%event%kind == kind .and. zero%event%law%candidate == 0
    end function zero_is
 
-   !> Locates the event on the enriched problem's path: the distance to the event is the event function at a point, divided by its
-   !> slope, with a sign change; a second step of this kind follows if the first one is long.
+   !> Locates the event on the path of the enriched problem. The distance to the event is minus the event function divided by its
+   !> slope; a second step of this kind follows if the first one is long.
    subroutine find_crossing(path, zero, reach, rounding, first, crossing)
       type(enriched_path_t), intent(in) :: path
       type(zero_t), intent(in) :: zero           !! test function of the event
@@ -302,7 +304,7 @@ contains
          end if
          way = -f / slope
          if (abs(way) <= part * reach .and. .not. zero_is(zero, event_limit)) then
-            ! The zero lies between two points already computed.
+            ! The zero lies between two points that are already known.
             crossing%near = first%value + way * crossing%rate
             crossing%rate(1) = load_rate(first%heading)
             return
@@ -313,14 +315,14 @@ contains
             crossing%why = no_convergence
             return
          end if
-         ! The remaining distance follows from the tangent at the end of the first step.
+         ! The remaining distance follows from the value at the end of the first step.
          more = value_at(near)
          if (.not. ieee_is_finite(more)) then
             crossing%why = no_function
             return
          end if
-         ! Over a longer distance the slope of the function changes and shows whether the zero does not exist, or is another one.
-         ! The distance was computed with the first slope, so that the slope at its end is that slope times 1 - 2 more / f.
+         ! A long first step shows by the slope at its end whether the zero does not exist, or is another one. The step was computed
+         ! with the slope at its start; for a parabola the slope at its end is that slope times 1 - 2 more / f.
          bend = 1.0_wp
          if (abs(way) > part * reach) then
             bend = 1.0_wp - 2.0_wp * more / f
@@ -330,7 +332,8 @@ contains
          more = -more / (slope * max(bend, least_bend))
          crossing%near = near%value
          crossing%rate(1) = load_rate(near%heading)
-         ! At a limit point the load rate is the function itself and falls linearly to zero: its mean is a half.
+         ! At a limit point the event function is the load rate. It falls linearly to zero, so that its mean over the remaining
+         ! distance is a half.
          if (zero_is(zero, event_limit)) crossing%rate(1) = 0.5_wp * crossing%rate(1)
       end associate
 
@@ -351,9 +354,9 @@ contains
       end function load_rate
    end subroutine find_crossing
 
-   !> Uncertainty of the enriched path: change of the values and of the event function at a point if elements are enriched by one
-   !> more order. On meshes that hardly resolve the solution this change is as large as that by the first enrichment; if error
-   !> contributions of few elements cancel, a larger part of the change remains.
+   !> Uncertainty of the path of the enriched problem: change of the values and of the event function at a point if elements are
+   !> enriched by one more order. On meshes that hardly resolve the solution this change is as large as that by the first
+   !> enrichment. If the contributions of few elements cancel, a larger part of the change is counted.
    subroutine doubt_crossing(path, zero, first, crossing)
       type(enriched_path_t), intent(in) :: path
       type(zero_t), intent(in) :: zero           !! test function of the event
@@ -387,7 +390,7 @@ contains
       if (is_arc_length(control%method)) held = normal_plane(problem, state, heading)
    end function holding
 
-   !> Linearises the enriched problem at the problem's own point, and computes the error contributions of the elements.
+   !> Linearises the enriched problem at the point of the problem's own path, and computes the error contributions of the elements.
    subroutine begin(problem, finer, state, system, control, heading, ends, modes, path, point, shares, value, &
       & gap)
       type(problem_t), intent(in) :: problem
@@ -396,12 +399,12 @@ contains
       type(system_t), intent(in) :: system
       type(control_t), intent(in) :: control
       type(path_tangent_t), intent(in) :: heading
-      integer, intent(in) :: ends(:)             !! touchdown points whose places are values
+      integer, intent(in) :: ends(:)             !! touchdown points whose positions are values
       real(wp), intent(in) :: modes(:, :)        !! (unknowns, multiplicity) bifurcation: null vectors
       type(enriched_path_t), intent(out) :: path
       type(enriched_point_t), intent(out) :: point
       type(contributions_t), intent(out) :: shares
-      real(wp), allocatable, intent(out) :: value(:) !! load factor, monitors, places
+      real(wp), allocatable, intent(out) :: value(:) !! load factor, monitors, positions of touchdown points
       type(functional_t), allocatable, intent(in), optional :: gap !! event function, if it is the gap to a foundation
       call new_finer_path(problem, finer, state, control, heading, ends, path)
       path%modes = modes
@@ -416,8 +419,8 @@ contains
       end if
    end subroutine begin
 
-   !> Error bars from the estimates. A number taken from the polynomial inside an element gains only one order in the enriched
-   !> problem, not two, so that the true error may be twice the estimate.
+   !> Error bars from the estimates. For a number taken from the polynomial inside an element the enriched problem has only one more
+   !> order, not two, so that the true error may be twice the estimate.
    subroutine set_bars(problem, state, system, ends, shares, value, correction, unseen, sizes, rounding, bars)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -430,7 +433,7 @@ contains
       integer :: m, n, k
       noise = rounding + 4.0_wp * epsilon(noise) * abs(value)
       n = 1 + size(bars%monitor)
-      ! The part `resolved` of a size is not below the rounding of places and forces.
+      ! The part `resolved` of a size is not below the rounding of positions and forces.
       kind_size(:n) = value_sizes(problem, system%force_scale, abs(state%load_factor), motion_sizes(problem, state), resolved)
       kind_size(n + 1:) = problem%size
       if (shares%known(1)) bars%load = new_error_bar(correction(1), unseen(1), sizes(1), noise(1), kind_size(1))

@@ -1,8 +1,9 @@
-!> A sequence of words that stores values and returns them in the same order, to the last bit: the state of a run between two
-!> programs.
+!> A sequence of words that stores values and returns them in the same order, to the last bit: with it one run of the program
+!> transfers its state to another.
 !>
-!> The same procedures store and load: in an archive with `loading` they set the values, otherwise they append them. run_archive has
-!> such procedures for all types of a run. Equal values stored in several places (shared) are stored once.
+!> The same procedures store and load: if `loading` is true, they set the values from the words; otherwise they append the values to
+!> the words. run_archive has such procedures for all types of a run. Equal values stored in several places (shared) are stored
+!> once.
 module archive
    use kinds, only: wp
    implicit none
@@ -35,7 +36,7 @@ contains
 
    !> An archive from which the values in the words are loaded.
    function archive_of(words) result(a)
-      integer, intent(in) :: words(:)
+      integer, intent(in) :: words(:) !! words of another archive
       type(archive_t) :: a
       a%loading = .true.
       a%n = size(words)
@@ -44,8 +45,8 @@ contains
 
    !> Compresses words: each sequence of zeros becomes a zero and its length. More than half of the words of a state are zeros.
    pure subroutine leave_out_zeros(words, packed)
-      integer, intent(in), contiguous :: words(:)
-      integer, allocatable, intent(out) :: packed(:)
+      integer, intent(in), contiguous :: words(:) !! any words
+      integer, allocatable, intent(out) :: packed(:) !! compressed words
       integer, allocatable :: room(:)
       integer :: i, n, zeros
       allocate (room(2 * size(words)))
@@ -68,9 +69,9 @@ contains
       packed = room(:n)
    end subroutine leave_out_zeros
 
-   !> Restores the words that leave_out_zeros has compressed; none if zeros have no length.
+   !> Restores the words that leave_out_zeros has compressed; no words if a sequence of zeros has no length.
    pure function with_zeros(packed) result(words)
-      integer, intent(in) :: packed(:)
+      integer, intent(in) :: packed(:) !! words from leave_out_zeros
       integer, allocatable :: words(:)
       integer :: i, n, pass, zeros
       do pass = 1, 2
@@ -87,10 +88,10 @@ contains
       end do
    end function with_zeros
 
-   !> Discards all words behind the first n.
+   !> Discards all words after the first n.
    subroutine archive_reset(a, n)
       type(archive_t), intent(inout) :: a
-      integer, intent(in) :: n
+      integer, intent(in) :: n !! number of words kept
       a%n = n
       do while (a%n_shared > 0)
          if (a%shared(1, a%n_shared) <= n) exit
@@ -113,7 +114,7 @@ contains
       a%n = a%n + size(words)
    end subroutine put
 
-   !> Position of the next words to be loaded. False if the archive has fewer words left: it is then marked as damaged.
+   !> Position of the next words to be loaded. False if the archive has fewer words left; the archive is then marked as damaged.
    logical function take(a, words, first)
       type(archive_t), intent(inout) :: a
       integer, intent(in) :: words
@@ -206,7 +207,7 @@ contains
    !> Stores or loads an allocatable text.
    subroutine archive_text(a, x)
       type(archive_t), intent(inout) :: a
-      character(:), allocatable, intent(inout) :: x
+      character(:), allocatable, intent(inout) :: x !! value; not allocated is stored, too
       integer :: length
       length = -1
       if (allocated(x)) length = len(x)
@@ -238,7 +239,7 @@ contains
    !> Stores or loads the bounds of an array; those of an empty array if the archive is damaged.
    subroutine archive_bounds(a, rank, bounds)
       type(archive_t), intent(inout) :: a
-      integer, intent(in) :: rank
+      integer, intent(in) :: rank                !! rank of the array
       integer, intent(inout) :: bounds(:, :)     !! (>= rank, 2)
       integer :: k
       do k = 1, rank
@@ -266,7 +267,7 @@ contains
    !> Ends a block of values: if an equal block was stored before, a reference replaces the new one.
    subroutine archive_end_shared(a, mark)
       type(archive_t), intent(inout) :: a
-      integer, intent(in) :: mark
+      integer, intent(in) :: mark !! from archive_begin_shared
       integer :: first, length, k, reference
       if (a%loading) then
          if (mark > 0) a%at = mark

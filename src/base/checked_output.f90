@@ -1,8 +1,8 @@
 !> Standard output with detection of failures: the Fortran runtime loses output that cannot be written (a full disk, a closed pipe)
 !> without a message.
 !>
-!> Short texts are written at once as a whole. A listing is written line by line by Fortran, and its last byte by put_text: if the
-!> previous lines could not be written, the last byte cannot be written either.
+!> Short texts are written as a whole. Fortran writes a listing line by line, and put_text writes its last byte: if previous lines
+!> could not be written, the last byte cannot be written either.
 module checked_output
    use, intrinsic :: iso_fortran_env, only: output_unit
    use posix_files, only: write_bytes, error_text, is_closed
@@ -12,7 +12,7 @@ module checked_output
 
 contains
 
-   !> Writes text to standard output, after everything that Fortran has written there.
+   !> Writes text to standard output, after all text that Fortran has written there.
    subroutine put_text(text, why)
       character(*), intent(in) :: text
       character(:), allocatable, intent(out) :: why !! why output cannot be written; empty: no failure
@@ -25,7 +25,7 @@ contains
 
    !> Opens a unit for formatted output, which put_draft writes to standard output.
    subroutine open_draft(unit)
-      integer, intent(out) :: unit
+      integer, intent(out) :: unit !! scratch unit
       open (newunit=unit, status='scratch', access='stream', form='formatted')
    end subroutine open_draft
 

@@ -1,11 +1,11 @@
 !> Estimate of the discretisation error of one number.
 !>
-!> C: estimated exact value minus computed value; A: sum of the absolute error contributions of the elements; D: part of C that the
-!> linear estimate by these contributions does not contain. The bar 1.2 |C| + 2 |D| + 0.2 A bounds the error as long as D is small
-!> compared with A: C alone may be small because contributions cancel, or because two meshes that are both too coarse agree. For
-!> larger D errors were up to 3.5 times 5 (A + |D|): this is the bar if it is a small part of the number's size, because the mesh
-!> then resolves the solution; otherwise there is no bar. Constants: from 2550 runs of a prototype over orders, meshes and
-!> structures (at most a third too small there); compared with 1394 other runs.
+!> C: estimated exact value minus computed value; A: sum of the absolute error contributions of the elements; D: the part of C that
+!> the linear estimate by these contributions does not contain. The bar 1.2 |C| + 2 |D| + 0.2 A bounds the error as long as D is
+!> small compared with A. (C alone may be small because contributions cancel, or because two meshes agree that are both too coarse.)
+!> For larger D, errors were up to 3.5 times 5 (A + |D|). This is the bar if it is a small part of the number's size, because the
+!> mesh then resolves the solution; otherwise there is no bar. The constants are from 2550 runs of a prototype over orders, meshes
+!> and structures (at most a third too small there) and were compared with 1394 other runs.
 module error_bar
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kinds, only: wp
@@ -89,7 +89,7 @@ contains
          if (.not. error%bounded) factor = at_least
       end if
       error%bar = width(abs(correction), abs(unseen), shares)
-      ! The estimates contain rounding errors, too.
+      ! Each of the three estimates contains rounding errors.
       error%rounding = width(min(abs(correction), rounding), min(abs(unseen), of_difference * rounding), min(shares, rounding))
 
    contains
@@ -102,7 +102,7 @@ contains
       end function width
    end function new_error_bar
 
-   !> Error bar of a number that replaces one with a known bar and differs from it.
+   !> Error bar of a number that replaces another number with a known bar.
    elemental function shifted_error_bar(known, difference) result(error)
       type(error_bar_t), intent(in) :: known
       real(wp), intent(in) :: difference      !! the replaced number minus this one
@@ -113,7 +113,7 @@ contains
       error%bar = known%bar + of_estimate * abs(difference)
    end function shifted_error_bar
 
-   !> Error bar of the load factor, or of the monitor of an index.
+   !> Error bar of the load factor or of a monitor.
    pure function bar_of(bars, which) result(bar)
       type(error_bars_t), intent(in) :: bars
       integer, intent(in) :: which            !! 0: the load factor

@@ -16,7 +16,7 @@ contains
    !> Allocates an error with a text; the caller then returns.
    subroutine fail(error, message, system)
       type(error_t), allocatable, intent(out) :: error
-      character(*), intent(in) :: message
+      character(*), intent(in) :: message     !! what happened, where, and what was expected
       logical, intent(in), optional :: system !! see error_t, default false
       allocate (error)
       error%message = message

@@ -1,4 +1,4 @@
-!> Checks that a name of the file system is a file whose reading can begin and end.
+!> Checks that a name of the file system is a file that can be read from beginning to end.
 module file_kind
    use, intrinsic :: iso_c_binding, only: c_ptr, c_char, c_int, c_long, c_null_char, c_associated
    use errors, only: error_t, fail
@@ -43,7 +43,7 @@ contains
       if (is_pipe(path)) call fail(error, quoted_path(path)//' is empty, or a pipe; a deck from a pipe is read from standard input')
    end subroutine check_file
 
-   !> True for a pipe, and for an empty file that may not be opened for update. Opened for update, a pipe does not wait for its
+   !> True for a pipe, and for an empty file that must not be opened for update. A pipe opened for update does not wait for its
    !> other end, and its position cannot be determined.
    logical function is_pipe(path)
       character(*), intent(in) :: path

@@ -132,7 +132,7 @@ contains
          logical :: ok
          first = place()
          last = first + span_of(string(first:), digits//'.') - 1
-         ! 1e-3: an exponent belongs to the number, with its sign.
+         ! An exponent with its sign belongs to the number: 1e-3.
          if (last < len(string)) then
             if (scan(string(last + 1:last + 1), 'eEdD') == 1) then
                last = last + 1
@@ -285,7 +285,8 @@ contains
          end if
       end function too_large
 
-      !> Position of the next character that is not blank; behind the text at its end and after an error, so that every loop ends.
+      !> Position of the next character that is not blank. At the end of the text, and after an error, it is the position after the
+      !> text, so that every loop ends.
       integer function place()
          do place = at, len(string)
             if (wrong /= '') exit
@@ -300,12 +301,12 @@ contains
          if (place() <= len(string)) next = string(place():place())
       end function next
 
-      !> Moves behind the next character.
+      !> Moves to the character after the next one.
       subroutine step()
          at = place() + 1
       end subroutine step
 
-      !> Moves behind a closing bracket, which must be the next character.
+      !> Moves past a closing bracket, which must be the next character.
       subroutine close_bracket()
          if (next() == '') call object('a closing bracket is missing')
          if (next() /= ')') call object('unexpected '''//next()//'''')
@@ -345,7 +346,7 @@ contains
       if (span_of < 0) span_of = len(string)
    end function span_of
 
-   !> "; did you mean X?", or ''.
+   !> Suggestion "; did you mean X?", or ''.
    pure function guess(words, typed) result(string)
       character(*), intent(in) :: words, typed
       character(:), allocatable :: string

@@ -34,7 +34,7 @@ module lookup
 
 contains
 
-   !> Position of a label, 0 when it is not there.
+   !> Position of a label; 0 if it was not added.
    pure integer function find_label(self, label)
       class(label_map_t), intent(in) :: self
       integer, intent(in) :: label !! a label that was added
@@ -92,7 +92,7 @@ contains
       end do
    end function label_slot
 
-   !> Position of a name in the list, 0 when it is not there.
+   !> Position of a name in the list; 0 if it is not in the list.
    pure integer function find_name(self, name)
       class(name_list_t), intent(in) :: self
       character(*), intent(in) :: name !! as typed
@@ -103,7 +103,7 @@ contains
       find_name = self%slot(name_slot(self%slot, self%key, key))
    end function find_name
 
-   !> Position of a name, which is appended when it is not there yet.
+   !> Position of a name in the list. A name that is not in the list is appended.
    pure subroutine add_name(self, name, position, is_new)
       class(name_list_t), intent(inout) :: self
       character(*), intent(in) :: name  !! as typed

@@ -7,7 +7,7 @@ module memory
 
 contains
 
-   !> True if the given number of bytes can be allocated. The memory is not accessed, so this takes no time.
+   !> True if the given number of bytes can be allocated. The memory is not accessed, so that the check takes no time.
    logical function can_be_had(bytes)
       real(wp), intent(in) :: bytes
       ! volatile: the compiler must not remove the unused array.

@@ -92,7 +92,7 @@ contains
    !> Name of the file to which a name leads through symbolic links; this file need not exist.
    subroutine resolved_name(name, target, status)
       character(*), intent(in) :: name
-      character(:), allocatable, intent(out) :: target
+      character(:), allocatable, intent(out) :: target !! name of the file
       integer, intent(out) :: status              !! 0, or errno
       character(kind=c_char) :: buffer(longest_name)
       status = int(c_resolve(name//c_null_char, buffer, int(longest_name, c_long)))
@@ -147,7 +147,7 @@ contains
    subroutine overwrite(name, at, text, status)
       character(*), intent(in) :: name
       integer, intent(in) :: at                   !! number of bytes before the first one overwritten
-      character(*), intent(in) :: text
+      character(*), intent(in) :: text            !! new bytes
       integer, intent(out) :: status              !! 0, or errno
       status = int(c_overwrite(name//c_null_char, int(at, c_long), text, len(text, kind=c_long)))
    end subroutine overwrite

@@ -15,8 +15,8 @@ module printable_text
 
 contains
 
-   !> Text with every control character except the tab replaced by its picture (U+2400 and following), and every byte that is not
-   !> UTF-8 and every control character U+0080 to U+009F by U+FFFD. The number of characters stays.
+   !> Text in which every control character except the tab is replaced by its picture (U+2400 and following), and every byte that is
+   !> not UTF-8, and every control character U+0080 to U+009F, by U+FFFD. The number of characters is unchanged.
    pure function printable(string) result(shown)
       character(*), intent(in) :: string !! any bytes
       character(:), allocatable :: shown
@@ -61,7 +61,7 @@ contains
       shown = shown(:n)
    end function printable_lines
 
-   !> Appends a piece to a text, which must have room for it.
+   !> Appends a piece to a text, which must be long enough for it.
    pure subroutine put(text, n, piece)
       character(*), intent(inout) :: text
       integer, intent(inout) :: n          !! number of bytes so far

@@ -1,6 +1,6 @@
 !> Detects that a signal or a time limit requires the run to end; posix_signals.c records both.
 !>
-!> This is the only global state of the program: signals belong to the process.
+!> These records are global state of the program (as is the clock of module timing): signals belong to the process.
 module run_end
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_long
    implicit none
@@ -13,8 +13,8 @@ module run_end
       & 'ended by SIGPIPE: nobody reads the listing any more', 'the seconds of --max-seconds are used up']
 
    interface
-      !> From this call on, the signals TERM, INT, HUP, XCPU, XFSZ and PIPE are recorded and do not end the program; a second TERM,
-      !> INT or HUP ends it.
+      !> From this call on, the signals TERM, INT, HUP, XCPU, XFSZ and PIPE are recorded instead of ending the program; a second
+      !> TERM, INT or HUP ends it.
       subroutine watch_for_end(max_seconds) bind(c, name='unilat_watch')
          import :: c_double
          real(c_double), value :: max_seconds !! seconds from this call until the run ends; 0: no limit
@@ -24,7 +24,7 @@ module run_end
          import :: c_int
       end function c_received
 
-      !> Sets the exit codes for the case that the Fortran runtime ends the program.
+      !> Sets the exit codes for an end of the program by the Fortran runtime.
       subroutine guard_exit(without_memory, otherwise) bind(c, name='unilat_guard_exit')
          import :: c_int
          integer(c_int), value :: without_memory !! exit code if an array could not be allocated
@@ -59,7 +59,7 @@ contains
 
    !> Ensures a stack of at least the given size; false if the system's limit is smaller.
    logical function has_stack(bytes)
-      integer, intent(in) :: bytes
+      integer, intent(in) :: bytes !! size of the stack
       has_stack = c_has_stack(int(bytes, c_long)) == 0
    end function has_stack
 end module run_end

@@ -3,8 +3,8 @@
 !> The program has one clock, a global variable: its measurements change no result, so it is not passed in argument lists.
 !>
 !> A phase started inside another one pauses the outer one, so that the seconds of all phases never exceed the elapsed time. A start
-!> or stop takes one clock call (about 20 ns). All time spent on error bars is charged to phase_accuracy: meanwhile other phases and
-!> all counters are suspended.
+!> or stop needs one clock call (about 20 ns). All time spent on error bars counts as phase_accuracy: during that time other phases
+!> and all counters are suspended.
 module timing
    use kinds, only: wp, i8
    implicit none
@@ -101,7 +101,7 @@ contains
       end do
    end subroutine timing_stop
 
-   !> Seconds spent in a phase, without phases inside it; a running phase is counted up to the last start or stop.
+   !> Seconds spent in a phase, without phases started inside it; a running phase counts up to the last start or stop.
    function timing_seconds(phase) result(seconds)
       integer, intent(in) :: phase             !! phase_...
       real(wp) :: seconds

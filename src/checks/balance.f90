@@ -152,7 +152,7 @@ contains
          do i = size(problem%model%tie), 1, -1
             associate (tie => problem%model%tie(i))
                push = left(tie%component, tie%node)
-               ! Links may carry forces that appear in no section.
+               ! Links may transmit forces that are no section forces.
                if (tie%component < 3) scale = max(scale, abs(push))
                call act(tie%node, tie%component, push)
                do k = 1, size(tie%of)
@@ -165,7 +165,7 @@ contains
          end do
       end subroutine add_joints
 
-      !> Adds a force or moment on a node. A support balances it.
+      !> Adds a force or moment on a node. A support may balance it.
       subroutine act(on, component, push)
          integer, intent(in) :: on, component
          real(wp), intent(in) :: push
@@ -198,7 +198,7 @@ contains
             if (abs(roll%way) > 0.0_wp) normal = roll%normal
             associate (node => problem%candidates%node(c))
                left(:, node) = left(:, node) - push * [normal, roll%arm(1) * normal(2) - roll%arm(2) * normal(1)]
-               ! The part of the force that a support of the node takes is contained in the support reaction already.
+               ! If a support of the node carries a part of the force, the support reaction contains it.
                counted = merge(push * normal, 0.0_wp, problem%model%fixed(1:2, node))
                x = node_position(state, node) + roll%arm - middle
                total = total - [counted, x(1) * counted(2) - x(2) * counted(1)]
@@ -208,7 +208,8 @@ contains
                   & least_reaction * scale), at, node=problem%model%mesh%node_label(node))
             end associate
          end do
-         ! Signs of the densities along line contacts, then penetration at the deck's nodes, which are not those of the mesh.
+         ! Signs of the densities along line contacts, then penetration at the deck's nodes, which may differ from those of the
+         ! mesh.
          do e = 1, problem%model%mesh%n_elements
             if (problem%conforms(e) == 0) cycle
             do i = 0, density_samples
@@ -226,7 +227,7 @@ contains
                call deck_contact_gaps(problem, state, c, gaps, place)
                do i = 1, size(node)
                   call find_node(problem, state, node(i), mesh_node, e, tau)
-                  ! Where a contact span begins, the gap of its node is used: it is more accurate than the element's polynomial.
+                  ! At the onset of a contact span the gap of its node is used: it is more accurate than the element's polynomial.
                   if (present(touches_in) .and. e > 0) then
                      if (e == touches_in) cycle
                   end if
@@ -261,7 +262,7 @@ contains
       real(wp) function place_doubt(e, tau, profile) result(doubt)
          integer, intent(in) :: e
          real(wp), intent(in) :: tau
-         type(profile_t), intent(inout) :: profile !! that of the last place, with its ends mended; undefined: none
+         type(profile_t), intent(inout) :: profile !! that of the last point, with its ends mended; undefined: none
          if (profile%element /= e) then
             profile = new_profile(problem, state, e)
             if (problem%conforms(e) == 0) call mend_ends(problem, state, profile, 2)
@@ -269,7 +270,7 @@ contains
          doubt = profile_doubt(profile, tau)
       end function place_doubt
 
-      !> Adds foundations that act inside elements, from their pressure.
+      !> Adds foundations that act inside elements, from their pressures.
       subroutine add_foundations()
          type(inner_forces_t) :: inner
          real(wp) :: push(2), most, least, shortest, rounding
@@ -344,14 +345,14 @@ contains
          x = node_position(state, node) - middle
          force = state%reaction(c) * normal
          left(1:2, node) = left(1:2, node) - force
-         ! Components that a support of the node takes are contained in the support reaction already.
+         ! Components carried by a support of the node are contained in the support reaction.
          do i = 1, 2
             if (problem%model%fixed(i, node)) force(i) = 0.0_wp
          end do
          total = total + [force, x(1) * force(2) - x(2) * force(1)]
          if (coupled) gap = candidate_opening(problem, state, c)
          if (rigid .or. coupled) then
-            ! A bilateral obstacle, or the settled surface of coupled ground, allows no gap of either sign.
+            ! At a bilateral obstacle, or on the settled surface of coupled ground, a gap of either sign is an error.
             depth = -gap
             if (problem%candidates%bilateral(c) .or. (state%active(c) .and. coupled)) depth = abs(gap)
             if (state%active(c) .or. .not. problem%candidates%bilateral(c)) &
@@ -363,8 +364,8 @@ contains
             if (.not. problem%candidates%bilateral(c) .and. state%reaction(c) > 0.0_wp .and. gap > 0.0_wp) &
                & call note(check_complementarity, state%reaction(c) * gap / (largest * problem%size))
             call foundation_answer(problem, c, gap, push, spring)
-            ! An open node may penetrate until its reaction would exceed the equilibrium tolerance: the start of contact is located
-            ! to this accuracy.
+            ! An open node may penetrate until its reaction would exceed the tolerance of equilibrium, the accuracy to which the
+            ! onset of contact is located.
             uncertain = rounding_gap(problem)
             if (.not. state%active(c)) uncertain = let_in * problem%size
             call note(check_foundation, (abs(state%reaction(c) - push) - spring * uncertain - &
@@ -376,7 +377,7 @@ contains
 
    contains
 
-      !> Keeps a value of the present candidate if it is the worst.
+      !> Keeps a value of the present candidate if it is worse than those before.
       subroutine note(check, value)
          integer, intent(in) :: check
          real(wp), intent(in) :: value

@@ -80,7 +80,8 @@ contains
          e = maxloc(worst, 1)
          verdict%element = [label(e)]
          if (verdict%ratio <= 1.0_wp) return
-         ! The measure `slack` has one value for all elements; elements with more than the average share of it are listed.
+         ! The measure `slack` has one value for all elements; the elements with more than the average contribution to it are
+         ! listed.
          if (verdict%kind == slack) worst = (spent / sum(spent)) * (count(spent > 0.0_wp) * verdict%limit)
          verdict%element = pack(label, worst > verdict%limit .or. label == label(e))
       end associate

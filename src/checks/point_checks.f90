@@ -21,12 +21,12 @@ module point_checks
    private
    public :: check_point, failed_words
 
-   !> Smallest ratio of rounding to the stiffness along the path that gives a warning: limit points are shifted by this fraction of
-   !> an increment, their loads by its square.
+   !> Smallest ratio of rounding to the stiffness along the path that causes a warning: limit points are shifted by this fraction of
+   !> an increment, and their loads by its square.
    real(wp), parameter :: told_rounding = 0.1_wp
 
-   !> Strain above which a warning is given. The rod theory neglects strain beside 1: lengths, depths and stiffness of a section are
-   !> those without it, and errors relative to the forces are of its size.
+   !> Strain above which a warning is given. The rod theory neglects strain compared with 1: it uses the lengths, depths and
+   !> stiffness of a section without strain, and errors relative to the forces have the size of the strain.
    real(wp), parameter :: told_strain = 0.05_wp
 
    ! Bounds of the checks, far above the values of converged points.
@@ -35,7 +35,7 @@ module point_checks
 
 contains
 
-   !> Updates the worst values by those of a point, and adds a warning to the point if mesh or number representation become
+   !> Updates the worst values by those of a point, and adds a warning to the point if the mesh or the number representation is
    !> inadequate.
    subroutine check_point(problem, state, system, at, touches_in, point, accuracy, wrong)
       type(problem_t), intent(in) :: problem
@@ -77,7 +77,7 @@ contains
             & 'by about that part', accuracy%strain_words)
       end subroutine warn_of_strain
 
-      !> Warns if the rod can roll, because its displacements are then only one solution of a family.
+      !> Warns if the rod can roll: its displacements are then only one solution of a family.
       subroutine warn_of_rolling()
          character(:), allocatable :: names, where
          integer :: m
@@ -95,15 +95,15 @@ contains
             & ') on the loads do not tell how far the rod rolls about '//where//', nor what hangs on it: '//names(3:)
       end subroutine warn_of_rolling
 
-      !> Warns if rounding is a large part of the stiffness along the path. Near limit points and on plateaus that stiffness is
-      !> almost zero: rounding is then compared with the stiffness of the previous point, or with bending.
+      !> Warns if rounding is a large part of the stiffness along the path. Near limit points and on plateaus this stiffness is
+      !> almost zero; rounding is then compared with the stiffness of the previous point, or with bending.
       subroutine warn_of_rounding()
          real(wp) :: stiffness, rounding, scale
          ! The path does not depend on the tangent of a start with a stiffness homotopy, see stiffness_homotopy.
          if (is_stress_free(state) .and. followed_part(problem) < 1.0_wp) return
          call path_stiffness(problem, state, system, stiffness, rounding)
          scale = max(stiffness, accuracy%stiffness, bending_stiffness(problem))
-         ! A located point, at which some function is zero, is no reference for later points.
+         ! At a located point, some function is zero: its stiffness is no reference for later points.
          if (point%label == '') accuracy%stiffness = stiffness
          call note_worst(accuracy, check_rounding, rounding / scale, at)
          if (rounding > told_rounding * scale) call warn('rounding spoils limit points and stability', &

@@ -1,8 +1,7 @@
 !> The almost complementary basis of Lemke's method: its inverse, the exchange of one variable, and the ratio test.
 !>
 !> The inverse is explicit and updated by rank one at each pivot. The basic values and the entering column are computed anew from M
-!> and q, together with the size of the summed terms. Pivots, ties and zeros are judged relative to this size, not by an absolute
-!> number.
+!> and q, with the size of the summed terms. Pivots, ties and zeros are compared with this size, not with an absolute number.
 module lcp_basis
    use kinds, only: wp
    use lapack, only: dgetrf, dgetri
@@ -11,7 +10,7 @@ module lcp_basis
    public :: scaled_lcp_t, basis_t
    public :: start, invert, exchange, evaluate_basis, least_row, blocking_row
 
-   ! Rounding of sums of n terms is about sqrt(n) eps times their size, and hardly ever n eps.
+   ! The rounding of a sum of n terms is about sqrt(n) eps times their size, and rarely n eps.
    real(wp), parameter :: pivot_tolerance = 16.0_wp * epsilon(1.0_wp)
    real(wp), parameter :: tie_tolerance = 8.0_wp * epsilon(1.0_wp)
 
@@ -40,12 +39,12 @@ module lcp_basis
 
 contains
 
-   !> Starts from the complementary basis of a set of active pairs, with the column of z0 chosen so that this basis has the covering
+   !> Starts from the complementary basis of a set of active pairs. The column of z0 is chosen so that the basis has the covering
    !> vector d.
    subroutine start(problem, active, d, basis, ok)
       type(scaled_lcp_t), intent(inout) :: problem
-      logical, intent(in) :: active(:)
-      real(wp), intent(in) :: d(:)
+      logical, intent(in) :: active(:) !! (n) true: z is basic, else w
+      real(wp), intent(in) :: d(:)     !! (n) covering vector, > 0
       type(basis_t), intent(inout) :: basis
       logical, intent(out) :: ok !! .false.: the basis is singular
       integer :: j, n
@@ -104,10 +103,10 @@ contains
       if (ok) call dgetri(n, basis%inverse, n, pivot, work, size(work), info)
    end subroutine invert
 
-   !> Changes the inverse for the variable in `row` replaced by `entering`, whose column is in basis%column.
+   !> Updates the inverse after the variable in `row` is replaced by `entering`, whose column is in basis%column.
    subroutine exchange(basis, row, entering)
       type(basis_t), intent(inout) :: basis
-      integer, intent(in) :: row, entering
+      integer, intent(in) :: row, entering !! row of the inverse, number of the variable
       real(wp) :: factor
       integer :: i, j, n
 
@@ -131,7 +130,7 @@ contains
    !> Values of the basic variables and the entering column, with the size of their terms, which bounds their rounding error.
    subroutine evaluate_basis(problem, entering, basis)
       type(scaled_lcp_t), intent(in) :: problem
-      integer, intent(in) :: entering
+      integer, intent(in) :: entering !! number of the variable
       type(basis_t), intent(inout) :: basis
       real(wp) :: a(problem%n), residual(problem%n), t
       integer :: i, j, n
@@ -150,7 +149,7 @@ contains
          basis%value_size(i) = abs(problem%q(j))
          basis%column(i) = a(j)
       end do
-      ! Columns of the inverse whose w is not basic are full.
+      ! Columns j of the inverse have no zeros if w(j) is not basic.
       do j = 1, n
          if (basis%row_of_w(j) /= 0) cycle
          do i = 1, n
@@ -163,7 +162,7 @@ contains
       end do
       if (basis%ties) return
 
-      ! Signs near zero decide here: one step of iterative refinement makes the values satisfy the equations to rounding.
+      ! The signs of values near zero matter: one step of iterative refinement makes the values satisfy the equations to rounding.
       residual = problem%q
       do i = 1, n
          j = basis%variable(i)
@@ -181,7 +180,7 @@ contains
    !> Row of the variable that reaches zero first as the entering variable grows; 0 if none does.
    integer function blocking_row(basis, z0) result(row)
       type(basis_t), intent(in) :: basis
-      integer, intent(in) :: z0
+      integer, intent(in) :: z0 !! number of the artificial variable
       real(wp) :: value(size(basis%value))
       logical :: candidate(size(basis%value))
 
@@ -214,7 +213,7 @@ contains
       row = maxloc(weight, 1, candidate)
    end function least_row
 
-   !> Rounding error to be expected in sums of terms of the given size.
+   !> Expected rounding error of sums of terms of the given size.
    pure function slack_of(basis, terms) result(slack)
       type(basis_t), intent(in) :: basis
       real(wp), intent(in) :: terms(:)

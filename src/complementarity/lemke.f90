@@ -26,8 +26,8 @@ module lemke
    public :: lcp_solved, lcp_ray, lcp_pivot_limit, lcp_breakdown
 
    integer, parameter :: lcp_solved = 0
-   !> The path of this covering vector ends on a ray. If M is positive semidefinite (copositive-plus) no solution exists; with a
-   !> P-matrix this cannot happen; for other matrices another covering vector may reach a solution. The same outcome is returned if
+   !> The path of this covering vector ends on a ray. If M is positive semidefinite (copositive-plus), no solution exists; with a
+   !> P-matrix this cannot happen; for other matrices another covering vector may reach a solution. The outcome is the same if
    !> rounding hides the ray: the computed forces are so large that they balance without q, and all digits of q are lost.
    integer, parameter :: lcp_ray = 1
    integer, parameter :: lcp_pivot_limit = 2
@@ -36,10 +36,10 @@ module lemke
 
    integer, parameter :: max_starts = 30 !! largest number of starts; about 15 were needed with 130 pairs at z = w = 0 among 400
 
-   !> Times n: accepted relative violation of a solution. LU factors with one refinement leave much less.
+   !> Accepted relative violation of a solution, over n. LU factors with one refinement leave much less.
    real(wp), parameter :: answer_tolerance = 16.0_wp * epsilon(1.0_wp)
 
-   !> Times n: relative size of q below which M z = -q equals M z = 0 to rounding. The rounding errors of the path reach a sixth of
+   !> Relative size of q, over n, below which M z = -q equals M z = 0 to rounding. The rounding errors of the path reach a sixth of
    !> this value.
    real(wp), parameter :: ray_tolerance = 128.0_wp * epsilon(1.0_wp)
 
@@ -101,8 +101,9 @@ contains
       active = .false.
       starts: do attempt = 1, max_starts
          if (attempt > 1) then
-            ! All values of the wrong sign in the set found are near zero: from now on the signs decide, not the lexicographic order
-            ! of ties. Another covering vector, and in every second start the omission of pairs in tension, lead to a different set.
+            ! All values of the wrong sign in the set found are near zero: from now on the signs are used, not the lexicographic
+            ! order of ties. Another covering vector and, in every second start, the omission of pairs in tension lead to another
+            ! set.
             basis%ties = .false.
             d = default_cover(n, attempt)
             if (modulo(attempt, 2) == 0) active = active .and. z > 0.0_wp
@@ -131,8 +132,8 @@ contains
       w = q
    end subroutine solve_lcp
 
-   !> Exchanges all pairs with a wrong sign at once, until there is none: Newton's method for  min(z, w) = 0  (Hintermueller, Ito,
-   !> Kunisch, SIAM J. Optim. 13 (2003) 865-888). It is used where M is positive definite: the solution is then the only one.
+   !> Exchanges all pairs with a wrong sign at once, until there is none: Newton's method for min(z, w) = 0 (Hintermueller, Ito,
+   !> Kunisch, SIAM J. Optim. 13 (2003) 865-888), used if M is positive definite, so that the solution is unique.
    subroutine exchange_signs(problem, z, w, ok, exchanges)
       type(scaled_lcp_t), intent(in) :: problem
       real(wp), intent(out) :: z(:), w(:)      !! as solve_active gives them
@@ -175,9 +176,10 @@ contains
       end select
    end function outcome_name
 
-   !> Covering vector of the scaled problem: multiples of the golden ratio, spread evenly over (0.1, 1), neighbours far apart.
-   !> Compliances of beams are smooth: with (1, ..., 1) neighbours become basic together and most must leave again (2300 pivots if
-   !> all 400 pairs end active). With this vector the number of pivots is hardly larger than the number of active pairs.
+   !> Covering vector of the scaled problem: multiples of the golden ratio modulo 1, spread evenly over (0.1, 1), with very
+   !> different values of neighbours. Compliances of beams are smooth: with (1, ..., 1) neighbours become basic together, and most
+   !> must leave again (2300 pivots if all 400 pairs end active). With this vector the number of pivots is little above the number
+   !> of active pairs.
    pure function default_cover(n, shift) result(d)
       integer, intent(in) :: n
       integer, intent(in) :: shift !! a different vector for each value
@@ -256,7 +258,7 @@ contains
          call evaluate_basis(problem, entering, basis)
          row = blocking_row(basis, z0)
          if (row > 0) cycle
-         ! A ray is accepted only if it is confirmed with an inverse computed anew, without the accumulated rounding of the path.
+         ! A ray is accepted only if an inverse computed anew, without the accumulated rounding of the path, confirms it.
          call invert(problem, basis, ok)
          if (ok) call evaluate_basis(problem, entering, basis)
          outcome = lcp_breakdown
@@ -310,7 +312,8 @@ contains
       next = problem%q + matmul(problem%m(:, set), x) < 0.0_wp
       next(set) = x > 0.0_wp
 
-      ! Negative values are set to zero before the test: even a small value may be a large part of the balance of a stiff neighbour.
+      ! Negative values are set to zero before the test, because even a small value may be a large part of the balance of a stiff
+      ! neighbour.
       z(set) = max(x, 0.0_wp)
       w = problem%q
       s = abs(problem%q)
@@ -327,8 +330,8 @@ contains
       ok = ok .and. all(ieee_is_finite(z)) .and. all(ieee_is_finite(w))
    end subroutine solve_active
 
-   !> True for a ray: M x = -q on the set, where q is rounding only, has a solution x of one sign; the forces y = |x| then have no
-   !> effect on w.
+   !> True for a ray: M x = -q on the set, with q at rounding, has a solution x whose values have one sign; the forces y = |x| then
+   !> have no effect on w.
    pure logical function is_ray(problem, set, x)
       type(scaled_lcp_t), intent(in) :: problem
       integer, intent(in) :: set(:)

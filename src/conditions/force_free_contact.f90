@@ -1,9 +1,9 @@
 !> Line contacts without pressure, as on a straight wall: equilibrium is the same with and without such a contact.
 !>
-!> In the reduced problem the rod is free between the ends of a force-free line contact, and at these ends it has two osculating
-!> point contacts, which to first order rotate no more than the ends of the line do. Where the tangent of the reduced problem has a
-!> zero eigenvalue, the rod may leave the wall; for ends of fixed place and direction this is at a thrust of 4 pi^2 EI/l^2. No test
-!> of the contact spans detects this load, because gap and pressure are zero along the whole line.
+!> In the reduced problem each force-free line contact is replaced by two osculating point contacts at its ends. The rod between
+!> them is free, and to the first order these contacts rotate as little as the ends of the line. If the tangent of the reduced
+!> problem has a zero eigenvalue, the rod may leave the wall; for ends of fixed position and direction this is at a thrust of 4 pi^2
+!> EI/l^2. No test of the contact spans detects this load, because gap and pressure are zero along the whole line.
 module force_free_contact
    use kinds, only: wp
    use problem, only: problem_t
@@ -33,8 +33,8 @@ module force_free_contact
 
 contains
 
-   !> Creates the reduced problem and its state: contact spans are unchanged, except that the two osculating point contacts at its
-   !> ends replace each force-free line contact.
+   !> Creates the reduced problem and its state: two osculating point contacts at its ends replace each force-free line contact, and
+   !> all other contact spans are unchanged.
    subroutine remove_force_free_lines(problem, state, system, free, released, any_weak)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -85,7 +85,7 @@ contains
 
    contains
 
-      !> True if a contact force presses on the node at the last end of line contact `k` that the next line contact shares.
+      !> True if a contact force presses on the node that line contact `k` shares with the next line contact at its last end.
       logical function pressed_end(k)
          integer, intent(in) :: k
          integer :: c
@@ -109,7 +109,7 @@ contains
       end do
    end function force_free
 
-   !> A force that counts as zero.
+   !> Force below which the force of a contact counts as zero.
    pure real(wp) function no_force(system)
       type(system_t), intent(in) :: system
       no_force = nothing * max(system%force_scale, tiny(no_force))
@@ -121,7 +121,7 @@ contains
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled and factored at `state`
       integer, intent(out) :: pivots            !! those of `system` if no line contact is force-free
-      logical, intent(out) :: any_weak
+      logical, intent(out) :: any_weak          !! true: a line contact is force-free
       pivots = system%negative_pivots
       any_weak = .false.
       if (.not. problem%has_spans()) return
@@ -147,7 +147,7 @@ contains
       if (other%ok) pivots = other%negative_pivots
    end subroutine count_in_reduced
 
-   !> Prepares the reduced problem for a path that leaves the wall: osculating contacts become point contacts whose node may turn.
+   !> Prepares the reduced problem for a path that leaves the wall: osculating contacts become point contacts with free rotation.
    pure subroutine let_turn(free)
       type(problem_t), intent(inout) :: free
       integer :: c
@@ -157,8 +157,8 @@ contains
       end do
    end subroutine let_turn
 
-   !> True if an end of a line contact needs no point contact in the reduced problem: another line contact continues there, or its
-   !> rod ends there as well.
+   !> True if the end of a line contact needs no point contact in the reduced problem: another line contact, or nothing, continues
+   !> the rod there.
    pure logical function ends_nowhere(problem, contact_span, k, side)
       type(problem_t), intent(in) :: problem
       type(contact_span_t), intent(in) :: contact_span(:) !! present contact spans
@@ -183,9 +183,9 @@ contains
          & abs(contact_span%at(3 - side) - end) <= 0.0_wp)
    end function ends_nowhere
 
-   !> True if the size of the obstacle's force density along a line contact exceeds `bound` anywhere, after subtraction of its
-   !> error. The error is that of the thrust times the curvature of the track; on a straight obstacle it is zero, for there the
-   !> density follows from loads and shape alone.
+   !> True if the size of the obstacle's force density along a line contact, minus its error, exceeds `bound` anywhere. The error is
+   !> that of the thrust times the curvature of the track; it is zero on a straight obstacle, where the density follows from loads
+   !> and shape alone.
    logical function is_pressed(problem, state, contact_span, thrust_error, bound)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -216,8 +216,8 @@ contains
       end function bend
    end function is_pressed
 
-   !> Sense in which a mode of the reduced problem lifts the rod off the former force-free line contacts: 1 along the mode, -1
-   !> against it, 0 if the mode opens some places and closes others.
+   !> Direction of a mode of the reduced problem that lifts the rod off the former force-free line contacts: 1 along the mode, -1
+   !> against it, 0 if the mode opens the gap at some points and closes it at others.
    integer function line_opening(problem, state, free, released, mode) result(sense)
       type(problem_t), intent(in) :: problem, free
       type(state_t), intent(in) :: state, released

@@ -1,5 +1,5 @@
-!> Least and largest gap between a free span and an obstacle. The gap rises from zero beside a contact span, so that near such an
-!> end only local minima count.
+!> Least and largest gap between a free span and an obstacle. Beside a contact span the gap rises from zero, so that near the ends
+!> of the free span only local minima count.
 module free_span_gap
    use kinds, only: wp
    use model, only: family_ge
@@ -14,13 +14,13 @@ module free_span_gap
    private
    public :: gap_at, least_gap
 
-   ! Beside a touchdown point the gap grows with a power of the distance from the point; within this part of a span only local
-   ! minima count.
+   ! Part of a free span beside a touchdown point in which only local minima count: the gap grows with a power of the distance from
+   ! the point there.
    real(wp), parameter :: beside = 0.06_wp  !! part of the length of the free span
    integer, parameter :: samples = 4        !! number of equal parts of an element for samples of the gap
-   !> Number of samples between a contact span and the second regular sample; the distance from the contact falls by the factor
-   !> sqrt(2) from one sample to the next. If a rod comes down beside a point contact about which the rod rotates, the least gap is
-   !> at twice the distance of the largest gap: samples whose distances halve could miss both.
+   !> Number of samples between a contact span and the second regular sample. The distance from the contact falls by the factor
+   !> sqrt(2) from one sample to the next: if the rod approaches the obstacle beside a point contact about which it rotates, the
+   !> least gap is at twice the distance of the largest gap, and samples whose distances halve could miss both.
    integer, parameter :: near = 20
 
    !> Sampled gap of the elements from `first` to `last` to one obstacle.
@@ -64,7 +64,7 @@ contains
    end function gap_in
 
    !> Offset added to the distance from the obstacle of a contact: the `gap` of the deck and the part of the initial overlap that is
-   !> not yet resolved, less the closing so far.
+   !> not yet resolved, minus the closing so far.
    pure real(wp) function contact_offset(problem, state, contact) result(offset)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -76,8 +76,8 @@ contains
       end associate
    end function contact_offset
 
-   !> Finds the least gap of neighbouring elements to an obstacle that they do not touch, and its place. The elements are those
-   !> between two contact spans of a rod segment, or those that lie on another obstacle.
+   !> Finds the least gap between elements and an obstacle that they do not touch, and its position. The elements are those between
+   !> two contact spans of a rod segment, or those in line contact with another obstacle.
    subroutine least_gap(problem, state, element, contact, touched, fails, profile, least, where, largest)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -113,7 +113,7 @@ contains
          do i = begin, end
             if (line%at(i) >= counts(1) .and. line%at(i) <= counts(2)) call take(gap(i), line%at(i))
             if (i == 1 .or. i == size(gap)) then
-               ! The gap may have a minimum further inside if it falls from an end without contact (segment boundary).
+               ! If the gap falls from an end without contact (segment boundary), it may have a minimum farther inside.
                if (line%touches(merge(1, 2, i == 1))) cycle
                if (.not. falls_inwards(problem, state, profile, line, i)) cycle
             else
@@ -122,11 +122,10 @@ contains
                if (2.0_wp * gap(i) - max(gap(i - 1), gap(i + 1)) > least) cycle
             end if
             call find_minimum(problem, state, profile, line, i, value, place)
-            ! Minima next to a contact span that are only rounding do not count.
+            ! Minima next to a contact span that are rounding do not count.
             tops = [merge(maxval(gap(:i)), huge(value), line%touches(1)), merge(maxval(gap(i:)), huge(value), line%touches(2))]
             if (minval(tops) <= rounding_gap(problem) .and. value >= -rounding_gap(problem)) cycle
-            ! Minima next to a contact span may also be discretisation errors: the penetration there must exceed the interpolation
-            ! error.
+            ! Minima next to a contact span may be discretisation errors: the penetration must exceed the interpolation error.
             if (place < counts(1) .or. place > counts(2)) value = value + doubt(problem, state, profile, line, place)
             call take(value, place)
          end do
@@ -143,8 +142,8 @@ contains
       end subroutine take
    end subroutine least_gap
 
-   !> Determines whether the ends of the sampled elements touch this obstacle, and between which coordinates gaps count that are no
-   !> local minima. The margin at a contact is a part of the length of the whole free span, across segment boundaries.
+   !> Determines whether the ends of the sampled elements touch this obstacle, and the coordinates between which a gap counts even
+   !> if it is no local minimum. The margin at a contact is a part of the length of the whole free span, across segment boundaries.
    pure subroutine find_contact_beside(problem, state, line, touched, counts)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -196,7 +195,7 @@ contains
       end do
    end subroutine to_next_touch
 
-   !> Makes the interpolation of the displaced axis within each element. That of an element on its obstacle is exact at its ends.
+   !> Interpolates the displaced axis within each element. The interpolation of an element on its obstacle is exact at its ends.
    subroutine make_profiles(problem, state, element, profile)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -259,8 +258,8 @@ contains
       integer :: next
       next = merge(i + 1, i - 1, i == 1)
       falls = line%gap(next) >= line%gap(i)
-      ! Test of a place at a distance of sqrt(rounding unit) inwards: if rounding hides the decrease over this distance, the
-      ! decrease is below rounding everywhere.
+      ! Test at a distance of sqrt(rounding unit) inwards: if rounding hides the decrease over this distance, the decrease is below
+      ! rounding everywhere.
       if (falls) falls = gap_along(problem, state, profile, line, line%at(i) + sqrt(epsilon(1.0_wp)) * (line%at(next) - &
          & line%at(i))) < line%gap(i)
    end function falls_inwards
@@ -298,8 +297,8 @@ contains
       gap = gap_in(problem, state, line%contact, profile(e), tau)
    end function gap_along
 
-   !> Bound of the error of the gap at a place: interpolation error of the element, and the residual gaps at contacts, whose exact
-   !> gap is zero.
+   !> Bound of the error of the gap at a position: interpolation error of the element, and the residual gaps at contacts, whose
+   !> exact gap is zero.
    real(wp) function doubt(problem, state, profile, line, place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -314,7 +313,8 @@ contains
       if (line%touches(2)) doubt = doubt + abs(line%gap(size(line%gap)))
    end function doubt
 
-   !> Finds the element at a coordinate along the rod segment, by bisection, and the part `tau` of the element before this place.
+   !> Finds the element at a coordinate along the rod segment, by bisection, and the part `tau` of the element before this
+   !> coordinate.
    pure subroutine find_part(problem, state, line, place, e, tau)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

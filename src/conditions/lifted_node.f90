@@ -1,14 +1,14 @@
 !> Local uplift: the lengths over which a line contact lifts off on both sides of a node at which a couple or a force acts. The
-!> obstacle is straight (over so short a length its curvature has no effect) and presses on both sides with density r. With x from
-!> the end of the line on each side the gap is w = T x^3/(6 EI) - r x^4/(24 EI), T the contact force at that end. At the node, m
-!> from one end and n from the other, both sides have the same w and slope, T1 + T2 = r (m + n) + F with F pressing, and the moment
-!> jumps by the couple C: with v = n/m < 1, m on the side where the couple lifts,
+!> obstacle is straight (over such a short length its curvature has no effect) and presses on both sides with density r. With x from
+!> the end of the line on each side, the gap is w = T x^3/(6 EI) - r x^4/(24 EI), with the contact force T at that end. The node is
+!> at the distances m and n from the two ends. There both sides have the same w and slope, T1 + T2 = r (m + n) + F with a pressing
+!> force F, and the moment jumps by the couple C. With v = n/m < 1 and m on the side that the couple lifts:
 !>
 !>   T1 = r m (3 + v - v^2 + v^3)/12,   T2 = r m (1 - v + v^2 + 3 v^3)/(12 v^2),
 !>   F = r m f(v),   f = T1/(r m) + T2/(r m) - 1 - v,   C = r m^2 c(v),   c = 1/2 - T1/(r m) + v T2/(r m) - v^2/2.
 !>
-!> Without a force v = 2 - sqrt(3) and C = (2 sqrt(3) - 3) r m^2; without a couple v = 1 and m = -3 F/(4 r). A couple, however
-!> small, lifts a finite length against any pressing force: no node inside a line contact transmits a couple to the obstacle.
+!> Without a force v = 2 - sqrt(3) and C = (2 sqrt(3) - 3) r m^2; without a couple v = 1 and m = -3 F/(4 r). Any couple lifts a
+!> finite length against any pressing force: a node inside a line contact transmits no couple to the obstacle.
 !>
 !> A joint at which the curvature of the obstacle jumps by D acts like the couple C = EI D, of either sign: the line contact lifts
 !> over m + n = sqrt(2 sqrt(3) C/r), n on the side where the obstacle bends less towards the rod.
@@ -59,8 +59,8 @@ contains
          & node_track(problem, state, candidate)), breakpoint_force(problem, state, candidate), 0.5_wp * sum(density))
    end function lifted_beside
 
-   !> Density of the obstacle's force from which a couple on a line contact lifts a negligible length, or a height below rounding:
-   !> m <= line_share of the rod segment, or (21 - 12 sqrt(3))/8 C^2/(r EI) <= rounding_gap. The gap is largest at x = n.
+   !> Least density of the obstacle's force at which a couple lifts at most a negligible length of a line contact, or a height below
+   !> rounding: m <= line_share of the rod segment, or (21 - 12 sqrt(3))/8 C^2/(r EI) <= rounding_gap. The gap is largest at x = n.
    pure real(wp) function holding_density(problem, element, couple) result(density)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: element        !! element of the line contact on which the couple acts
@@ -70,8 +70,8 @@ contains
          & (21.0_wp - 12.0_wp * sqrt(3.0_wp)) / 8.0_wp * couple**2 * problem%compliance(element)%bending / rounding_gap(problem))
    end function holding_density
 
-   !> Length of local uplift beside a node with fixed rotation, as at a symmetry plane, whose mirror image has the same force. Huge
-   !> if the obstacle does not press.
+   !> Length of local uplift beside a node with fixed rotation, such as a node on a symmetry plane, whose mirror image has the same
+   !> force. Huge if the obstacle does not press.
    pure real(wp) function lifted_at_mirror(force, density) result(length)
       real(wp), intent(in) :: force         !! force on this side of the symmetry plane, > 0: away from the obstacle
       real(wp), intent(in) :: density       !! density of the obstacle's force beside the node, > 0 where it presses

@@ -21,7 +21,7 @@ module line_pressure
    !> Density of the obstacle's force, sampled along a line contact.
    type :: pressure_t
       real(wp), allocatable :: at(:)            !! coordinates along the rod segment, increasing
-      real(wp), allocatable :: density(:)       !! density at these places
+      real(wp), allocatable :: density(:)       !! density at these coordinates
    end type pressure_t
 
 contains
@@ -66,7 +66,7 @@ contains
       call move_alloc(density, pressure%density)
    end function sample_line
 
-   !> Inserts a place near the end of an increasing list; a place that is in the list already is skipped.
+   !> Inserts a coordinate near the end of an increasing list; a coordinate that is already in the list is skipped.
    pure subroutine insert(all, n, place)
       real(wp), allocatable, intent(inout) :: all(:) !! doubled when it is full
       integer, intent(inout) :: n                  !! length of the list
@@ -84,7 +84,7 @@ contains
       n = n + 1
    end subroutine insert
 
-   !> Place of the least density between two places, by golden section.
+   !> Position of the least density between two positions, by golden section.
    real(wp) function least_between(problem, state, line, first, last, kept) result(place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -103,27 +103,28 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(contact_span_t), intent(in) :: line            !! line contact in the present state
-      real(wp), intent(in) :: at
+      real(wp), intent(in) :: at                          !! coordinate along the rod segment
       type(lying_t), intent(inout), optional :: kept      !! as in conforming_forces
       real(wp) :: local(3), place(2), angle, tau
       integer :: e
       call find_point(problem, state, line%rod_segment, at, e, tau)
       if (problem%conforms(e) == 0) then
-         ! At the last end of the line contact a free element begins; the element before the end is used.
+         ! At the last end of the line contact a free element begins; the element before this end is used.
          e = e - 1
          tau = 1.0_wp
       end if
       call conforming_forces(problem, state, e, tau, local, place, angle, density, kept)
    end function density_at
 
-   !> Finds the least density along a line contact, and its place.
+   !> Finds the least density along a line contact, and its position.
    subroutine least_pressure(problem, state, line, least, where, side)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(contact_span_t), intent(in) :: line            !! line contact in the present state
-      real(wp), intent(out) :: least               !! least density; where the track's curvature jumps, less what would hold the rod
+      real(wp), intent(out) :: least               !! least density; where the track's curvature jumps, minus the part that would
+      !! keep the rod on the track
       real(wp), intent(out) :: where               !! coordinate along the rod segment
-      integer, intent(out) :: side                 !! place of the least density: -1 first end, 0 inside, 1 last end of the line
+      integer, intent(out) :: side                 !! position of the least density: -1 first end, 0 inside, 1 last end of the line
       type(pressure_t) :: pressure
       integer :: e, i
       pressure = sample_line(problem, state, line)
@@ -160,8 +161,8 @@ contains
    end subroutine least_pressure
 
    !> Density that the obstacle's force would have if the rod followed the track at a point contact: r = m'' with m = EI (curvature
-   !> of the track less the rod's own), and the contributions of the normal force and of transverse loads. > 0: pressing, a line
-   !> contact is possible.
+   !> of the track minus the stress-free curvature of the rod), plus the contributions of the normal force and of transverse loads.
+   !> If it is > 0 (pressing), a line contact is possible.
    real(wp) function virtual_pressure(problem, state, candidate, beside) result(density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -182,8 +183,8 @@ contains
       end = merge(1, 2, problem%model%mesh%node(1, e) == problem%candidates%node(candidate))
       call ge_end(problem, state, e, end, force, moment)
       axial = cos(angle) * force(1) + sin(angle) * force(2)
-      ! The iteration leaves a residual of this size in the normal force. If the exact force is zero, the sign of the residual must
-      ! not decide between a line contact and two point contacts.
+      ! The normal force has a residual of this size from the iteration. If the exact force is zero, the sign of the residual must
+      ! not select a line contact or two point contacts.
       if (abs(axial) <= problem%model%step(problem%step)%tolerance * norm2(force)) axial = 0.0_wp
       bend = bend_at(problem, state, e, end - 1.0_wp)
       call line_at(problem%tableau(problem%model%mesh%stages(e)), load, end - 1.0_wp, line, slope)

@@ -7,8 +7,8 @@ module past_breakpoints
 
 contains
 
-   !> Rod segment on which a contact span continues past an end of its own segment: the same contact covers it, and no support acts
-   !> at the boundary, so that forces pass between free span and contact. 0: none.
+   !> Rod segment on which a contact span continues past an end of its own segment, if the same contact covers it and no support
+   !> acts at the boundary. Without support, force passes from the contact span to the free span there. 0: none.
    pure integer function beyond(problem, contact_span, way) result(rod_segment)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: contact_span      !! index into problem%contact_span
@@ -17,7 +17,8 @@ contains
       if (any(problem%model%fixed(:, end_node(problem, contact_span, way)))) rod_segment = 0
    end function beyond
 
-   !> Rod segment beyond the end of a contact span's segment, supported or not, if the same contact covers it. 0: none.
+   !> Rod segment beyond the end of a contact span's segment if the same contact covers it, with or without a support between. 0:
+   !> none.
    pure integer function across(problem, contact_span, way) result(rod_segment)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: contact_span      !! index into problem%contact_span

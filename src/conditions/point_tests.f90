@@ -1,6 +1,6 @@
-!> Tests of contact nodes. They are passed if forces at point contacts and at ends of line contacts at segment boundaries are
-!> compressive, a point contact is less curved than the obstacle, and the gap rises from a contact at the end of a rod or at a
-!> corner.
+!> Tests of contact nodes. Three conditions hold for a valid set: forces at point contacts, and at ends of line contacts at segment
+!> boundaries, are compressive; at a point contact the rod is less curved than the obstacle; the gap rises from a contact at the end
+!> of a rod or at a corner.
 module point_tests
    use kinds, only: wp, parallel
    use problem, only: problem_t, rounding_gap
@@ -50,8 +50,8 @@ contains
 
    contains
 
-      !> Adds the curvature tests beside a support with fixed rotation, one for each side. There is no test for a side where the rod
-      !> leaves the obstacle at a fixed angle, because there curvature cannot bring the rod back into contact.
+      !> Adds the curvature tests beside a support with fixed rotation, one for each side. A side on which the rod leaves the
+      !> obstacle at a fixed angle has no test, because curvature cannot bring the rod back into contact there.
       subroutine test_beside_support(tests)
          type(span_test_t), allocatable, intent(inout) :: tests(:)
          integer :: side
@@ -95,7 +95,7 @@ contains
          & track_sense(problem, state, c, node_track(problem, state, c), side)
    end function rise
 
-   !> Test of the relative curvature (excess_curvature, > 0: valid) of a point contact, or of one side of a clamped support.
+   !> Test of the relative curvature (excess_curvature, valid if > 0) of a point contact, or of one side of a clamped support.
    type(span_test_t) function curvature(problem, state, c, side) result(test)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -108,8 +108,8 @@ contains
       if (present(side)) test%sense = real(2 * side - 3, wp)
    end function curvature
 
-   !> Test of a point contact at a segment boundary: the negligible length less the distance along the rod from the node to the
-   !> place of the contact force, over the structure's size. Below zero the point contact leaves the boundary.
+   !> Test of a point contact at a segment boundary: the negligible length minus the distance along the rod from the node to the
+   !> contact force, over the structure's size. Below zero the point contact leaves the boundary.
    type(span_test_t) function leaving(problem, state, c) result(test)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -138,18 +138,18 @@ contains
       end if
       push = breakpoint_force(problem, state, c) / scale
       ! At a boundary inside a line contact the force is zero except for the residual and negligible uplift. The force of a point
-      ! contact may become zero there, so its value is kept.
+      ! contact may pass through zero there: its value is kept.
       if (problem%contact_span(problem%candidates%contact_span(c))%line .and. (abs(push) <= left_over(problem) .or. &
          & lifts_little(problem, state, c, push, scale))) push = 0.0_wp
-      ! If the contact does not constrain the node, the test fails by an open gap: a moving support or another obstacle displaces
-      ! the node.
+      ! If the contact does not constrain the node, because a moving support or another obstacle displaces the node, an open gap
+      ! makes the test fail.
       if (closes_gap(problem, state, c)) return
       call candidate_gap(problem, state, c, lift, normal, bend)
       roll = rolled(problem, state, c)
       if (lift - roll%rise > rounding_gap(problem)) push = -lift / problem%size
    end function push
 
-   !> True if the rod beside a contact node is free on the given side: an element exists there and is not in contact.
+   !> True if the rod beside a contact node is free on the given side: there is an element that is not in contact.
    pure logical function rests_beside(problem, c, side)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: c              !! candidate
@@ -160,8 +160,8 @@ contains
       end associate
    end function rests_beside
 
-   !> True if the contact constrains its node: neither a support nor an earlier active candidate of the same node constrains the
-   !> node in the same direction already (see eliminated_unknowns).
+   !> True if the contact constrains its node: neither a support nor an earlier active candidate of the node constrains it in the
+   !> same direction (see eliminated_unknowns).
    pure logical function closes_gap(problem, state, c)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -232,7 +232,7 @@ contains
          & problem%layout%rod_segment(problem%rod_segment(e))%length
    end function lifts_little
 
-   !> Finds the element of a line contact at a candidate where both the line contact and its rod end, and the density of the
+   !> Finds the element of a line contact at a candidate at which both the line contact and the rod end, and the density of the
    !> obstacle's force there.
    subroutine find_line_end(problem, state, c, e, density)
       type(problem_t), intent(in) :: problem

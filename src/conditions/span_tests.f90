@@ -1,9 +1,9 @@
-!> Tests whether a set of contact spans is the right one: test functions that are smooth along the path as long as the set is the
-!> same, and >= 0 while the set is valid. At their zeros contact begins, ends, spreads or splits.
+!> Tests whether a set of contact spans is the right one. The test functions are smooth along the path while the set is unchanged,
+!> and >= 0 while it is valid. At their zeros contact begins, ends, spreads or splits.
 !>
-!> Modules of a contact change, in order: tests; first test that vanishes on an increment (span_events); place of the zero
-!> (span_location, vanishing_span, beginning_place); record (span_changes); next contact set (contact_trials); first
-!> point with the next set (entering_contact_set).
+!> Modules of a contact change, in order: tests; first test that vanishes on an increment (span_events); location of the zero
+!> (span_location, vanishing_span, beginning_place); record (span_changes); next contact set (contact_trials); first point with the
+!> next set (entering_contact_set).
 module span_tests
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -24,8 +24,8 @@ module span_tests
    type :: free_span_t
       integer :: rod_segment = 0
       integer :: element(2) = 0             !! first and last element
-      integer :: contact_span(2) = 0  !! contact spans before and after the free span, indices into problem%contact_span; beside one
-      !! contact of the segment, that of the next segment at their boundary counts, too. 0: segment boundary without contact
+      integer :: contact_span(2) = 0  !! contact spans before and after the free span, indices into problem%contact_span; a contact
+      !! span of the next segment at the boundary counts if the other side has a contact of this segment. 0: no contact there
       integer :: contact(2) = 0             !! contacts of these contact spans, indices into model%contact; 0: none
    end type free_span_t
 
@@ -59,8 +59,8 @@ contains
 
    contains
 
-      !> True if the value of a test requires the gaps of free spans: a gap test, or a curvature test, whose value depends on the
-      !> gap of the free span beside it (is_closed).
+      !> True if the value of a test requires the gaps of free spans: a gap test, or a curvature test, which is passed if the free
+      !> span beside it is closed (is_closed).
       pure logical function needs_gaps(which)
          integer, intent(in) :: which
          needs_gaps = which > 0 .and. which <= size(gaps)
@@ -68,15 +68,15 @@ contains
             & points(which - size(gaps))%kind == test_curvature
       end function needs_gaps
 
-      !> True if the gap of a free span is below rounding, for instance just after the span opened: the curvatures at its ends are
-      !> then residuals of the iteration.
+      !> True if the gap of a free span is below rounding, for example just after the span has opened. The curvatures at its ends
+      !> are then residuals of the iteration.
       pure logical function is_closed(test)
          type(span_test_t), intent(in) :: test
          is_closed = test%kind == test_vanishing .and. abs(test%value) * problem%size <= rounding_gap(problem)
       end function is_closed
    end function run_span_tests
-   !> Gap tests: least gap of each free span and of each line contact to other obstacles, and beside contact spans the largest gap
-   !> of a free span (closing gap).
+   !> Gap tests: the least gap of each free span, the least gap between each line contact and other obstacles, and the largest gap
+   !> of a free span beside contact spans (closing gap).
    function gap_tests(problem, state, points, valued) result(tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -105,18 +105,19 @@ contains
             tests = [tests, test]
             test%beside = merge(span(i)%contact_span, 0, span(i)%contact == k)
             if (all(test%beside == 0)) cycle
-            ! A contact of the next segment at the boundary counts beside one of this segment with the same obstacle only.
+            ! A contact of the next segment at the boundary counts only together with a contact of this segment with the same
+            ! obstacle.
             if (.not. any(test%beside > 0 .and. problem%contact_span(max(test%beside, 1))%rod_segment == span(i)%rod_segment)) cycle
             test%kind = test_vanishing
             test%value = largest / problem%size
             test%ends = span_ends(problem, state, span(i))
-            ! The gap, proportional to the sixth power of the span's length, is below rounding long before the length between two
-            ! contacts is; then the length is tested.
+            ! The gap is proportional to the sixth power of the span's length and is below rounding long before the length between
+            ! two contacts is: then the length is the test.
             if (abs(largest) <= rounding_gap(problem)) test%value = rounding_gap(problem) / problem%size * &
                & ((test%ends(2) - test%ends(1)) / problem%layout%rod_segment(test%rod_segment)%length - shortest)
             tests = [tests, test]
          end do
-         ! A part of a rod that lies on one obstacle may touch another one.
+         ! A part of a rod in line contact with one obstacle may touch another one.
          do i = 1, size(problem%contact_span)
             associate (line => problem%contact_span(i))
                if (.not. line%line .or. line%contact == k .or. .not. problem%covered(line%rod_segment, k)) cycle
@@ -202,7 +203,7 @@ contains
       end do
    end function pressure_tests
 
-   !> True if a converged state passes all tests, so that its set of contact spans is the right one.
+   !> True if a converged state passes all tests: its set of contact spans is the right one.
    logical function spans_hold(problem, state, scale)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -241,7 +242,7 @@ contains
 
       pure subroutine add(last, after)
          integer, intent(in) :: last, after
-         ! Between a contact span at a segment boundary and this boundary there is no free span.
+         ! A contact span at a segment boundary has no free span between it and this boundary.
          if (last < first) return
          span = [span, free_span_t(j, [first, last], [before, after])]
          if (before == 0 .and. after > 0) span(size(span))%contact_span(1) = contact_at(problem%model%mesh%node(1, first))

@@ -1,4 +1,4 @@
-!> One test of a set of contact spans: kind, place and value. The value is >= 0 while the contact set is valid.
+!> One test of a set of contact spans: kind, position and value. The value is >= 0 while the contact set is valid.
 module test_kinds
    use kinds, only: wp
    implicit none
@@ -17,8 +17,8 @@ module test_kinds
    !! length of the span
    integer, parameter :: test_crossing = 7  !! length of a free span between a contact span and a segment boundary
    integer, parameter :: test_slope = 8     !! slope of the gap beside a contact at the end of a rod or at a corner
-   integer, parameter :: test_leaving = 9   !! point contact at a segment boundary: negligible length less the distance from the
-   !! node to the place of the contact force
+   integer, parameter :: test_leaving = 9   !! point contact at a segment boundary: negligible distance of the contact force from
+   !! the node, minus this distance
    integer, parameter :: test_couple = 10   !! minus the size of the couple that a line contact's node at a segment boundary needs
 
    !> Meaning of a zero of each kind.
@@ -55,7 +55,7 @@ module test_kinds
       integer :: rod_segment = 0
       integer :: beside(2) = 0              !! vanishing: contact spans before and after the free span; 0: none of this contact
       real(wp) :: ends(2) = 0.0_wp          !! vanishing: ends of the free span along the rod segment
-      real(wp) :: at = 0.0_wp               !! gap, pressure: place along the rod segment
+      real(wp) :: at = 0.0_wp               !! gap, pressure: position along the rod segment
       !> Side or sense, by kind:
       !>   pressure   at the first end (-1), inside (0), at the last end (1) of the line contact
       !>   curvature  before (-1) or after (1) a support that fixes the rotation; 0: the rotation is free
@@ -72,8 +72,8 @@ contains
       any_fails = .not. all(tests%value >= -test_slack(tests%kind))
    end function any_fails
 
-   !> True if a test changes from passed to failed on an increment. For a pressure, whose slack is the widest, a change from above
-   !> the slack to below zero is enough: the pressure was zero in between.
+   !> True if a test changes from passed to failed on an increment. A pressure, whose slack is the widest, counts if it changes from
+   !> above the slack to below zero.
    elemental logical function crosses(before, after)
       type(span_test_t), intent(in) :: before, after !! one test at both ends of an increment
       associate (slack => test_slack(after%kind))

@@ -1,14 +1,14 @@
 !> Tests whether a corrected point lies on the path on which the increment began.
 !>
-!> Along a smooth path the chord between two points equals the mean of the tangents at both (trapezoidal rule) up to the third order
-!> of its length, the mean load rate lies between the rates at both ends, and the tangent turns little over an increment of
-!> reasonable length. A corrector that has converged to another path, or behind a loop of this one, satisfies all three conditions
-!> only by accident. They are checked after the correction, for every strategy (distance and angle: Allgower & Georg 1990, 6.1;
-!> Rheinboldt & Burkardt 1983).
+!> Along a smooth path three conditions hold: the chord between two points equals the mean of the tangents at both (trapezoidal
+!> rule) up to the third order of its length, the mean load rate lies between the rates at both ends, and the tangent turns little
+!> over an increment of reasonable length. A corrector that has converged to another path, or behind a loop of the same path,
+!> satisfies them only by accident. They are checked after each correction, for every strategy (distance and angle: Allgower & Georg
+!> 1990, 6.1; Rheinboldt & Burkardt 1983).
 !>
-!> Displacements are measured in the metric of path_control, load changes relative to the faster of the load rates at both ends: the
-!> test depends neither on units, mesh nor strategy. Nodes that move with touchdown points are included, because they and the
-!> tangent (path_control) move smoothly; the line contact behind such a node has no weight, however long it is (free_weights).
+!> Displacements are measured in the metric of path_control, load changes relative to the larger load rate of both ends: the test
+!> depends neither on units, mesh nor strategy. Nodes that move with touchdown points are included, because their displacements and
+!> tangents (path_control) are smooth; the line contact behind such a node has no weight, whatever its length (free_weights).
 module path_continuity
    use kinds, only: wp, pi
    use model, only: method_cylindrical, method_load, method_linearised
@@ -56,8 +56,8 @@ module path_continuity
 contains
 
    !> Control that prescribes the plane normal to the path tangent at a point. The load factor is scaled so that the whole load has
-   !> the same weight as the whole displacement: this prescribes displacements at limit points, however little a slender structure
-   !> has moved until then, and the load where the structure hardly moves.
+   !> the same weight as the whole displacement. The plane then mainly prescribes displacements at limit points, even of a slender
+   !> structure that has hardly moved, and the load if the structure hardly moves with it.
    function normal_plane(problem, state, heading, least) result(plane)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -68,7 +68,7 @@ contains
       plane%method = method_load
       if (.not. metric(problem, heading%u, heading%u) > 0.0_wp) return
       plane%method = method_linearised
-      ! Displacements with rounding errors in half of their digits cannot prescribe a point.
+      ! A displacement whose size is below the root of the rounding unit cannot prescribe a point.
       all_of_it = max(sqrt(metric(problem, state%u, state%u)), sqrt(epsilon(norm)))
       if (present(least)) all_of_it = max(all_of_it, least)
       if (abs(state%load_factor) > 0.0_wp) plane%load_scale = all_of_it / abs(state%load_factor)
@@ -82,7 +82,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system      !! factored at the state
       real(wp), intent(in) :: direction(:, :)   !! (3, nodes) displacements; if zero the sign of the load factor decides
-      real(wp), intent(in) :: direction_load
+      real(wp), intent(in) :: direction_load    !! load factor component of the direction
       type(path_tangent_t) :: heading
       type(control_t) :: control
       control%method = method_cylindrical
@@ -116,7 +116,8 @@ contains
          call seen(before, first, rates(1), from)
       end if
       if (.not. (product_of(first, first) > 0.0_wp .and. product_of(last, last) > 0.0_wp)) return
-      ! If displacements change by rounding only, tangents are meaningless, and the chord is the location error of an event.
+      ! If displacements change by rounding only, the tangents are meaningless, and the chord is the error to which an event was
+      ! located.
       if (length <= problem%model%step(problem%step)%locate_tolerance .and. stands_still(rates(1), length * rise) .and. &
          & stands_still(rates(2), length * rise)) return
       relation%comparable = .true.
@@ -127,12 +128,12 @@ contains
       relation%load = max(rise - maxval(rates), minval(rates) - rise) - &
          & problem%model%step(problem%step)%tolerance * max(abs(from%load_factor), abs(to%load_factor)) / length
       relation%load = max(relation%load, 0.0_wp) / max(maxval(abs(rates)), tiny(1.0_wp))
-      ! From here on `chord` is the chord's difference from the mean of the tangents, and `last` is half of the tangents'
-      ! difference.
+      ! From here on `chord` is the difference between the chord and the mean of the tangents, and `last` is half of the difference
+      ! of the tangents.
       last = 0.5_wp * (last - first)
       faster = sqrt(max(turning(problem, first, first), turning(problem, first + 2.0_wp * last, first + 2.0_wp * last)))
-      ! The position of a freely rolling rod is accurate to the iteration tolerance only; other rotations have the error that the
-      ! mesh is allowed.
+      ! Error of the mean rate: the position of a freely rolling rod is accurate to the iteration tolerance only, other rotations
+      ! have the discretisation error that the deck allows.
       unknown = no_motion / length
       associate (step => problem%model%step(problem%step))
          if (problem%rolling > 0) unknown = max(unknown, step%tolerance * problem%size / length)
@@ -164,8 +165,8 @@ contains
       end function product_of
    end function relate
 
-   !> Weights of the nodes in the metric, without the halves of line contacts beside a touchdown point: as soon as that point goes
-   !> on along the rod, such a half would count as lifted with all its length, by the small gap at the point's last place.
+   !> Weights of the nodes in the metric, without the half elements of line contacts beside a touchdown point. When the touchdown
+   !> point moves on along the rod, the small gap at its former position would have the weight of such a half element.
    pure function free_weights(problem, state) result(weight)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -188,7 +189,7 @@ contains
       weight = weight / (sum(state%geometry%element%length) * problem%size**2)
    end function free_weights
 
-   !> True if two points can be neighbours on one path, or cannot be compared.
+   !> True if two points can be neighbours on one path. Points that cannot be compared count as such, too.
    pure logical function same_path(relation)
       type(relation_t), intent(in) :: relation
       same_path = .not. relation%comparable .or. (relation%turn <= largest_turn .and. relation%distance <= largest_distance .and. &
@@ -196,15 +197,15 @@ contains
          & relation%bending <= largest_load .and. .not. turned_over(relation))
    end function same_path
 
-   !> True if the corrector may have turned a rod over from a start without a tangent: a rotation by more than a right angle in one
-   !> increment.
+   !> True if the corrector may have turned a rod over, that is, rotated it by more than a right angle in one increment, from a
+   !> start without a tangent.
    pure logical function turned_over(relation)
       type(relation_t), intent(in) :: relation
       turned_over = relation%comparable .and. relation%rotation > right_angle
    end function turned_over
 
-   !> True if a point is much farther from the start than the increment prescribed. Strategies without a constraint equation can
-   !> converge to such a point; on the same path their distance deviates from the increment by the order of the squared turn only.
+   !> True if a point is much farther from the start than the increment prescribed. A strategy without a constraint equation can
+   !> converge to such a point; on the same path the distance equals the increment up to the order of the squared turn.
    pure logical function too_far(problem, control, relation)
       type(problem_t), intent(in) :: problem
       type(control_t), intent(in) :: control    !! control; with its tangent if it prescribes an arc length
@@ -215,7 +216,7 @@ contains
    end function too_far
 
    !> True if the path has a corner between two points: a shorter increment from the same point turns the tangent by about the same
-   !> angle. Corners are caused by piecewise linear foundation laws and by contact changes.
+   !> angle. Piecewise linear foundation laws and contact changes cause corners.
    pure logical function at_corner(longer, shorter)
       type(relation_t), intent(in) :: longer, shorter !! start and end of two increments from one point, compared
       real(wp), parameter :: as_much = 0.75_wp  ! on a curve the turn falls in proportion to the length
@@ -233,8 +234,8 @@ contains
       if (norms > 0.0_wp) angle = acos(min(max(metric(problem, a, b) / norms, -1.0_wp), 1.0_wp))
    end function angle_between
 
-   !> Arc length from a point to the intersection of its tangent with that of another point, which is the corner between them;
-   !> negative if the tangents do not intersect, as on different paths.
+   !> Arc length from a point to the intersection of its tangent with that of another point, the corner between both; negative if
+   !> the tangents do not intersect, as on different paths.
    pure real(wp) function length_to_corner(problem, from, to, before, after) result(first)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
@@ -262,7 +263,7 @@ contains
       first = along(1) - cosine * second
    end function length_to_corner
 
-   !> True if a load change moves the structure by rounding only: such a path tangent has no direction.
+   !> True if a load change moves the structure by rounding only, so that the path tangent has no direction.
    pure logical function heading_stands(heading, rise) result(stands)
       type(path_tangent_t), intent(in) :: heading
       real(wp), intent(in) :: rise              !! change of the load factor
@@ -298,8 +299,8 @@ contains
       if (problem%moves_nodes()) seen = field_at(problem, there, u, from%geometry)
    end function seen_from
 
-   !> True if two states have the same contact set and, on a mesh with fixed nodes, the same node positions, so that interpolation
-   !> between them is smooth.
+   !> True if two states can be interpolated smoothly: they have the same contact set and, on a mesh with fixed nodes, the same node
+   !> positions.
    pure logical function alike(problem, a, b)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: a, b
@@ -308,8 +309,7 @@ contains
       do c = 1, size(a%segment)
          if (.not. alike) return
          if (a%segment(c) == b%segment(c)) cycle
-         ! If only one state has a determined segment of the law, the states count as alike only if both are in contact or neither
-         ! is.
+         ! If only one state has a definite segment of the law, the states count as alike if both or neither are in contact.
          alike = any([a%segment(c), b%segment(c)] == segment_unknown)
          if (.not. alike) return
          e = problem%ground%chain%element(2, c)
@@ -322,8 +322,8 @@ contains
       end do
    end function alike
 
-   !> Interpolates between two points of one path: cubic in displacements and load factor, linear in the other variables and in
-   !> displacements of nodes that move along the rod, because the tangents are not the rates of these.
+   !> Interpolates between two points of one path. The interpolation is cubic in displacements and load factor; it is linear in the
+   !> other variables and in displacements of nodes that move along the rod, of which the tangents are not the rates.
    function between(problem, from, to, before, after, part) result(state)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to     !! alike
@@ -343,7 +343,7 @@ contains
       where (state%segment == segment_unknown) state%segment = to%segment
    end function between
 
-   !> Weighted mean of states of one path, at the weighted mean of their nodes' places. Flags are those of the first state.
+   !> Weighted mean of states of one path, with nodes at the weighted mean of their positions. Flags are those of the first state.
    function blended(problem, states, weight) result(state)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: states(:)    !! alike
@@ -412,7 +412,7 @@ contains
    end function part_at
 
    !> True if the path has reversed without an event and retraces its points: a point lies on the path between two other points, and
-   !> its path tangent has the opposite direction. The two branches of a sharp turn are separated by shorter increments.
+   !> its path tangent has the opposite direction. Shorter increments separate the two sides of a sharp turn.
    pure logical function goes_back(problem, from, to, chord, before, after, place, heading)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to, place

@@ -1,7 +1,7 @@
 !> Increment strategies: the constraint that fixes the next point of the path, one linear equation in each Newton step.
 !>
-!> Displacements enter through the metric <a, b> = sum w_i (a_x b_x + a_y b_y)_i, w_i the node's share of the rod length over the
-!> structure's size squared: dimensionless, independent of units and mesh. At nodes that move with touchdown points the
+!> Displacements are measured in the metric <a, b> = sum w_i (a_x b_x + a_y b_y)_i, with w_i the node's share of the rod length over
+!> the structure's size squared: dimensionless, independent of units and mesh. At nodes that move with touchdown points the
 !> displacements of the same material points are compared. The load factor is multiplied by `load_scale`, set from the first
 !> increment, so that the scaling of the loads has no influence either.
 !>
@@ -58,7 +58,7 @@ contains
          & method_minimum_residual, method_variable_load, method_generalised, method_largest])
    end function is_arc_length
 
-   !> True if an increment can prescribe the quantity: the load factor, or a monitor of a displacement.
+   !> True if a constraint can prescribe the quantity: the load factor, or a monitor of a displacement.
    pure logical function can_be_held(problem, monitor)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: monitor             !! 0: the load factor
@@ -66,7 +66,7 @@ contains
       if (monitor > 0) can_be_held = problem%deck%monitor(monitor)%quantity == quantity_displacement
    end function can_be_held
 
-   !> Control whose constraint is that the load factor or a monitor changes by the given amount.
+   !> Control whose constraint is a given change of the load factor or of a monitor.
    pure type(control_t) function holding_value(monitor, change) result(control)
       integer, intent(in) :: monitor             !! 0: the load factor
       real(wp), intent(in) :: change             !! change, in the unit of the quantity
@@ -75,8 +75,7 @@ contains
       control%increment = change
    end function holding_value
 
-   !> True if the corrections of a strategy are normal to a given direction: such a strategy has no constraint equation at the final
-   !> point.
+   !> True if the corrections of a strategy are normal to a given direction: no constraint equation then holds at the final point.
    pure logical function is_free(method)
       integer, intent(in) :: method
       is_free = any(method == [method_minimum_residual, method_variable_load, method_generalised])
@@ -100,8 +99,8 @@ contains
       end do
    end function metric
 
-   !> Inner product of the rotations, a measure of bending; displacements hardly show bending if a rod shortens much more than it
-   !> bends.
+   !> Inner product of the rotations, a measure of bending. If a rod shortens much more than it bends, displacements hardly show the
+   !> bending.
    pure real(wp) function turning(problem, a, b)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: a(:, :), b(:, :)   !! (3, nodes)
@@ -138,7 +137,7 @@ contains
       type(state_t), intent(in) :: start          !! last accepted point
       type(state_t), intent(in) :: state          !! the iterate; equal to `start` for the predictor
       type(system_t), intent(inout) :: system     !! assembled at the iterate
-      real(wp), intent(out) :: rhs
+      real(wp), intent(out) :: rhs                !! right-hand side of the constraint row
       real(wp), dimension(3, size(state%u, 2)) :: row
       real(wp) :: dl, travelled
       type(functional_t) :: held
@@ -184,8 +183,8 @@ contains
       end if
    end subroutine control_row
 
-   !> Value of the functional that fixes a point of the path: the load factor, the monitor, or the distance along the control's
-   !> tangent.
+   !> Functional that the constraint prescribes at a point of the path: the load factor, the monitor, or the distance along the
+   !> control's tangent.
    function held_by(problem, control, state, system) result(held)
       type(problem_t), intent(in) :: problem
       type(control_t), intent(in) :: control
@@ -226,9 +225,9 @@ contains
       node = place(2)
    end subroutine largest_component
 
-   !> Sets the constraint row of the cylindrical and spherical strategies: tangent plane of the circle at the root of Crisfield's
-   !> quadratic that is closer to the increment so far; without a real root, at the point of the correction line nearest to the
-   !> circle.
+   !> Sets the constraint row of the cylindrical and spherical strategies: the tangent plane of the circle at a point of the
+   !> correction line. The point is the root of Crisfield's quadratic closer to the increment so far or, without a real root, the
+   !> point of the line nearest to the circle.
    subroutine circle_row(problem, control, so_far, dl, system, rhs)
       type(problem_t), intent(in) :: problem
       type(control_t), intent(in) :: control
@@ -339,7 +338,7 @@ contains
       end if
    end function displacement_between
 
-   !> Transfers start and control of an increment to the nodes of an iterate.
+   !> Transfers the start and the control of an increment to the material points at the nodes of an iterate.
    subroutine follow_nodes(problem, start, control, state, kept, origin, seen)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start

@@ -1,5 +1,5 @@
-!> States interpolated by a cubic between points of the path, with their tangents, for places where Newton's method has no useful
-!> last correction (bifurcation) or no solution (point contact at zero relative curvature).
+!> States interpolated by a cubic between points of the path, with their tangents. They replace points at which the last correction
+!> of Newton's method is meaningless (bifurcation) or which it cannot find (point contact at zero relative curvature).
 module path_samples
    use kinds, only: wp
    use problem, only: problem_t
@@ -63,7 +63,7 @@ contains
       end do
    end subroutine lagrange
 
-   !> Zero of the cubic through four samples nearest to their middle, by Newton's method.
+   !> Zero of the cubic through four samples, the one nearest to their middle, by Newton's method.
    pure real(wp) function zero_of_cubic(at, mu) result(x)
       real(wp), intent(in) :: at(n_samples), mu(n_samples)
       real(wp) :: value(n_samples), derivative(n_samples), slope, shift, reach

@@ -1,5 +1,5 @@
-!> Contact candidates of *CONTACT cards in one list, ordered along the rods: nodes with contact reactions, or nodes that only give
-!> the course of a foundation that acts inside the elements.
+!> Contact candidates of *CONTACT cards in one list, ordered along the rods: nodes with contact reactions, or nodes that only
+!> describe the position of a foundation that acts inside the elements.
 module candidates
    use kinds, only: wp
    use model, only: model_t
@@ -35,11 +35,11 @@ module candidates
       !   point at the end of its rod, at a kink, or at a support that fixes the rotation
       logical, allocatable :: bilateral(:)    !! true: always in contact, and the reaction may have either sign
       integer, allocatable :: contact_span(:) !! contact span of the node, index into problem%contact_span; 0: contact at nodes
-      logical, allocatable :: follows(:)      !! true: the node takes the direction of the track
+      logical, allocatable :: follows(:)      !! true: the node has the direction of the track
       logical, allocatable :: moves(:)        !! true: touchdown point, which moves along the rod
-      logical, allocatable :: rolls(:)        !! true: point contact of a smooth rod: the place of the force moves along the rod as
+      logical, allocatable :: rolls(:)        !! true: point contact of a smooth rod: the force moves along the rod as
       !! the rod rotates, even if the node is a segment boundary and stays
-      logical, allocatable :: held(:)         !! true: touchdown point fixed at its present place (with_held)
+      logical, allocatable :: held(:)         !! true: touchdown point fixed at its present position (with_held)
       real(wp), allocatable :: chain_length(:) !! (contacts) length of the closed chain, 0 for an open chain
    end type candidates_t
 
@@ -86,13 +86,13 @@ contains
             do e = 1, mesh%n_elements
                if (model%obstacle(contact%obstacle)%at_nodes) exit
                if (.not. (member(mesh%node(1, e)) .and. member(mesh%node(2, e)))) cycle
-               ! At a joint of several elements the first one continues the chain; the others begin chains of their own.
+               ! At a joint of several elements the first element continues the chain; the others begin new chains.
                if (next(mesh%node(1, e)) == 0) next(mesh%node(1, e)) = e
                if (previous(mesh%node(2, e)) == 0) previous(mesh%node(2, e)) = e
             end do
             first = list%n
             list%overlap(first + 1:) = 0.0_wp
-            ! Open chains begin at nodes without a previous element; the rest are closed chains.
+            ! Open chains begin at nodes without a previous element. The remaining elements form closed chains.
             do i = 1, size(contact%node)
                node = contact%node(i)
                if (.not. done(node) .and. previous(node) == 0) call follow_chain(node)
@@ -107,7 +107,7 @@ contains
 
    contains
 
-      !> True if the nodes of a contact belong in this list; contact spans have candidates of their own.
+      !> True if the nodes of a contact belong in this list; the candidates of contact spans are made by span_candidates.
       pure logical function is_listed(c)
          integer, intent(in) :: c
          is_listed = (model%contact(c)%distributed .eqv. distributed) .and. .not. model%contact(c)%spans
@@ -134,7 +134,7 @@ contains
             list%bilateral(here) = model%obstacle(list%obstacle(here))%bilateral
             call obstacle_gap(model%obstacle(list%obstacle(here)), geometry%x(:, at), gap, normal, bend)
             if (list%bilateral(here)) then
-               ! The initial position of a bilateral contact is free of force, whatever the gap to the obstacle.
+               ! A bilateral contact is free of force at the start, whatever the gap to the obstacle.
                list%gap_offset(here) = -gap
             else if (model%obstacle(list%obstacle(here))%at_nodes) then
                list%gap_offset(here) = model%contact(c)%gap - gap

@@ -1,5 +1,5 @@
-!> Edits of a contact set: each change is a function from one set of contact spans to another. New contact spans are last in the set
-!> and have no number yet.
+!> Edits of a contact set: functions from one set of contact spans to another. New contact spans are last in the set and have no
+!> number yet.
 module contact_set_edits
    use kinds, only: wp
    use contact_spans, only: contact_span_t
@@ -13,7 +13,7 @@ contains
    pure function begun(set, contact, rod_segment, at) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: contact, rod_segment !! as in contact_span_t
-      real(wp), intent(in) :: at
+      real(wp), intent(in) :: at                  !! coordinate along the rod segment
       type(contact_span_t), allocatable :: new(:)
       new = [set, contact_span_t(contact=contact, rod_segment=rod_segment, at=[at, at])]
    end function begun
@@ -38,7 +38,7 @@ contains
       new(k)%at = [max(set(k)%at(1) - by, ends(1)), min(set(k)%at(2) + by, ends(2))]
    end function spread_out
 
-   !> Divides point contact k into two.
+   !> Replaces point contact k by two point contacts.
    pure function parted(set, k, apart) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k
@@ -52,25 +52,25 @@ contains
    pure function shrunk(set, k, at) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k
-      real(wp), intent(in) :: at
+      real(wp), intent(in) :: at !! coordinate along the rod segment
       type(contact_span_t), allocatable :: new(:)
       new = set
       new(k)%line = .false.
       new(k)%at = at
    end function shrunk
 
-   !> Extends contact span k to a place, as a line contact.
+   !> Extends contact span k to a coordinate of its rod segment and makes it a line contact.
    pure function extended(set, k, to) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k
-      real(wp), intent(in) :: to
+      real(wp), intent(in) :: to !! coordinate along the rod segment
       type(contact_span_t), allocatable :: new(:)
       new = set
       new(k)%line = .true.
       new(k)%at = [min(set(k)%at(1), to), max(set(k)%at(2), to)]
    end function extended
 
-   !> Extends contact span k as a line contact to another contact span of its segment and over this span.
+   !> Makes contact span k a line contact that ends at the far end of another contact span of its segment, which it replaces.
    pure function joined(set, k, other) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k, other
@@ -78,7 +78,7 @@ contains
       new = lost(extended(extended(set, k, set(other)%at(1)), k, set(other)%at(2)), other)
    end function joined
 
-   !> Makes the free span between two contact spans, or beside one, a line contact.
+   !> Makes the free span between two contact spans, or beside one, part of a line contact.
    pure function laid_down(set, beside, ends) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: beside(2)          !! contact spans before and after the free span, at most one of them 0: none
@@ -93,7 +93,7 @@ contains
       end if
    end function laid_down
 
-   !> Replaces point contacts k and `other` of a segment by one point between them.
+   !> Replaces point contacts k and `other` of a segment by one point contact between them.
    pure function merged(set, k, other) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k, other
@@ -106,18 +106,18 @@ contains
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k
       integer, intent(in) :: side               !! 1: first end, 2: last end
-      real(wp), intent(in) :: to
+      real(wp), intent(in) :: to                !! coordinate along the rod segment
       type(contact_span_t), allocatable :: new(:)
       new = set
       new(k)%at(side) = to
       if (.not. set(k)%line) new(k)%at = to
    end function end_moved
 
-   !> Divides line contact k into two lines with a free span between.
+   !> Divides line contact k into two line contacts with a free span between them.
    pure function opened(set, k, from, to) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k
-      real(wp), intent(in) :: from, to
+      real(wp), intent(in) :: from, to !! coordinates of the ends of the free span
       type(contact_span_t), allocatable :: new(:)
       new = [set, contact_span_t(contact=set(k)%contact, rod_segment=set(k)%rod_segment, at=[to, set(k)%at(2)], line=.true.)]
       new(k)%at(2) = from
@@ -135,7 +135,7 @@ contains
       end do
    end function numbered
 
-   !> True if two sets are equal apart from the numbers.
+   !> True if two sets differ at most in the numbers of their contact spans.
    pure logical function same_set(one, other) result(same)
       type(contact_span_t), intent(in) :: one(:), other(:)
       integer :: k

@@ -1,5 +1,5 @@
 !> Contact spans: connected contact of a rod with a rigid obstacle, at a point or along a line between two touchdown points. The
-!> contact set is the set of all contact spans; their ends are places along the rods, not mesh nodes.
+!> contact set is the set of all contact spans; their ends are positions along the rods, not nodes of a mesh.
 module contact_spans
    use kinds, only: wp
    use text, only: to_text
@@ -13,8 +13,8 @@ module contact_spans
    public :: contact_span_t, covers, choose_spans, sort_contact_spans, shortest, line_share
 
    real(wp), parameter :: shortest = 1.0e-4_wp !! part of a rod segment's length: shorter spans are treated as closed
-   !> Initial length of a line contact, or of a contact that continues past a segment boundary, as part of the rod segment; longer
-   !> than the length that is treated as closed.
+   !> Initial length of a line contact, or of a contact that continues past a segment boundary, as part of the rod segment. It
+   !> exceeds the length below which a span counts as closed.
    real(wp), parameter :: line_share = 2.0_wp * shortest
 
    !> One connected contact of one rod segment with one obstacle.
@@ -32,9 +32,9 @@ module contact_spans
 
 contains
 
-   !> Chooses the contacts that are solved with contact spans. The others act at the deck's nodes, which are fixed, and exclude
-   !> contact spans of other contacts on the same elements. The missing property is stored in `needs`, unless the deck asks for
-   !> contact at nodes.
+   !> Chooses the contacts that are represented by contact spans. The other contacts act at the deck's nodes, which are then fixed,
+   !> and exclude contact spans of all contacts on the same elements. The property that a contact lacks is stored in `needs`, unless
+   !> the deck requests contact at nodes.
    subroutine choose_spans(model)
       type(model_t), intent(inout) :: model
       type(layout_t) :: layout
@@ -74,7 +74,8 @@ contains
       integer :: k
       member = .false.
       member(model%contact(contact)%node) = .true.
-      ! Coverage changes at segment boundaries only, so one element of each segment is enough.
+      ! A contact begins and ends at segment boundaries only, so that one element of each segment shows whether it covers the
+      ! segment.
       do k = 1, size(covers)
          covers(k) = all(member(model%mesh%node(:, layout%rod_segment(k)%element(1))))
       end do
@@ -95,8 +96,8 @@ contains
       end do
    end function stands_at_nodes
 
-   !> Requirement for contact spans that a contact with a rigid obstacle does not meet: rods without shear flexibility whose nodes
-   !> may be anywhere, and no other contact on the same elements that line contacts do not support. '' if all requirements are met.
+   !> Requirements for contact spans that a contact with a rigid obstacle does not meet: rods without shear flexibility, free choice
+   !> of the nodes, and no other contact on the same elements that line contacts do not support. '' if all are met.
    pure function span_needs(model, layout, contact) result(needs)
       type(model_t), intent(in) :: model    !! deck's model
       type(layout_t), intent(in) :: layout
@@ -144,8 +145,8 @@ contains
 
    contains
 
-      !> A contact on an element that contact spans do not support; 0: none. Contact at nodes needs the deck's nodes. A foundation
-      !> with tension acts on free rods and in line contacts alike.
+      !> Another contact on an element that excludes contact spans; 0: none. Contact at nodes needs the deck's nodes. A foundation
+      !> with tension does not exclude contact spans: it acts on free rods and in line contacts alike.
       pure integer function other_contact(e) result(other)
          integer, intent(in) :: e
          do other = 1, size(model%contact)

@@ -1,5 +1,5 @@
-!> Penetration of an obstacle by the stress-free structure, imperfections included: at the nodes, and between nodes if reactions are
-!> distributed.
+!> Penetration of the stress-free structure, imperfections included, into an obstacle: at the nodes, and between nodes if reactions
+!> are distributed.
 module initial_overlap
    use kinds, only: wp
    use text, only: to_text, rounded
@@ -56,7 +56,7 @@ contains
       if (present(node)) node = model%mesh%node(1, element)
    end subroutine overlap_between
 
-   !> Message about initial penetration in a step that begins with buckling modes as imperfections, and so without displacements of
+   !> Message about initial penetration in a step with buckling modes as imperfections. Such a step begins without displacements of
    !> earlier steps.
    subroutine overlap_of_modes(model, step, message, node)
       type(model_t), intent(in) :: model         !! with the modes in its geometry
@@ -73,7 +73,7 @@ contains
             do k = step, size(model%step)
                pushed_out = pushed_out .or. abs(model%step(k)%load%resolved(contact%obstacle)) > 0.0_wp
             end do
-            ! The gap of a bilateral obstacle, or of a stop at a node, counts from the initial place of the node.
+            ! The gap of a bilateral obstacle, or of a stop at a node, counts from the initial position of the node.
             if (obstacle%bilateral .or. obstacle%at_nodes .or. pushed_out) cycle
             call overlap_of_nodes(model, contact, message, node)
             if (message == '' .and. contact%distributed) call overlap_between(model, contact, message, node)
@@ -102,7 +102,7 @@ contains
       end do
    end subroutine least_gap_of_nodes
 
-   !> Least gap inside the elements between a contact's nodes: least sample, improved by a parabola.
+   !> Least gap inside the elements between a contact's nodes: the smallest of several samples, improved by a parabola.
    subroutine least_gap_between(model, contact, least, element)
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
@@ -147,7 +147,7 @@ contains
       end function place
    end subroutine least_gap_between
 
-   !> Gap to the contact's obstacle at its initial place, GAP included.
+   !> Gap to the contact's obstacle in its initial position, GAP included.
    real(wp) function gap_at(model, contact, x) result(gap)
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact

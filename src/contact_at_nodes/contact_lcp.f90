@@ -1,11 +1,12 @@
-!> LCP of the uncertain candidates about the present contact set, a principal pivotal transform of the textbook LCP (17)-(18) of the
-!> paper. Complementary variables of a candidate, with the stiffness k of its foundation (1/k = 0 for rigid obstacles):
+!> LCP of the uncertain candidates for a step from the present contact set: a principal pivotal transform of the textbook LCP
+!> (17)-(18) of the paper. Complementary variables of a candidate, with the stiffness k of its foundation (1/k = 0 for rigid
+!> obstacles):
 !>
 !>   open now:   z = reaction r,            w = opening b = gap + r/k
 !>   active now: z = opening b = gap + r/k, w = reaction r
 !>
-!> Every column is a solution of the bordered system, with the load factor as an unknown: nothing is singular at limit points, nor
-!> if contact alone supports the structure.
+!> Every column is a solution of the bordered system, with the load factor as an unknown, so that no column is singular at limit
+!> points or if contact alone supports the structure.
 module contact_lcp
    use kinds, only: wp
    use problem, only: problem_t
@@ -22,8 +23,8 @@ module contact_lcp
    private
    public :: contact_lcp_t, new_contact_lcp, add_candidates, solve_contact_lcp, add_answer
 
-   !> w = q + M z of n candidates (see the module's header for z and w), and the solutions of the bordered system that form the
-   !> columns of M: responses to a unit of each z.
+   !> w = q + M z of n candidates (z and w as in the header of this module). The columns of M follow from solutions of the bordered
+   !> system: the responses to a unit of each z.
    type :: contact_lcp_t
       integer, allocatable :: candidate(:)      !! (n) uncertain candidates, in the order in which they were added
       real(wp), allocatable :: x(:, :), y(:)    !! (unknowns, n), (n) increments of the unknowns and of the load factor
@@ -36,7 +37,7 @@ contains
 
    !> An LCP without candidates.
    pure function new_contact_lcp(unknowns) result(lcp)
-      integer, intent(in) :: unknowns
+      integer, intent(in) :: unknowns !! number of unknowns of the system
       type(contact_lcp_t) :: lcp
       allocate (lcp%candidate(0), lcp%x(unknowns, 0), lcp%y(0), lcp%force(unknowns, 0), lcp%m(0, 0), lcp%z(0), lcp%w(0))
    end function new_contact_lcp
@@ -70,7 +71,8 @@ contains
             do i = merge(old + 1, 1, k <= old), n
                lcp%m(i, k) = response(lcp%candidate(i), lcp%x(:, k), lcp%y(k), lcp%force(:, k))
             end do
-            ! The diagonal contains the compliance of the candidate's own foundation, too; for an active candidate the stiffness.
+            ! The diagonal contains in addition the candidate's own foundation: its compliance, or for an active candidate its
+            ! stiffness.
             if (k <= old .or. .not. system%soft(candidate) .or. problem%coupling%entry(candidate) > 0) cycle
             if (state%active(candidate)) then
                lcp%m(k, k) = lcp%m(k, k) + system%spring(candidate)
@@ -82,7 +84,7 @@ contains
 
    contains
 
-      !> Change of a candidate's variable w in a column, that is, for a unit of the z of the column's candidate.
+      !> Change of a candidate's variable w by a unit of the z of the candidate to which the column belongs.
       real(wp) function response(candidate, x, y, force)
          integer, intent(in) :: candidate
          real(wp), intent(in) :: x(:), y, force(:)
@@ -96,7 +98,8 @@ contains
          end if
       end function response
 
-      !> Openings and reactions of all candidates on coupled ground in a column; values of other candidates are not set.
+      !> Openings and reactions of all candidates on coupled ground in the response of a column; values of other candidates are not
+      !> set.
       subroutine answer_of_column(candidate, x, y)
          integer, intent(in) :: candidate         !! candidate of the column
          real(wp), intent(in) :: x(:), y
@@ -110,12 +113,12 @@ contains
       end subroutine answer_of_column
    end subroutine add_candidates
 
-   !> Solves the LCP for the gaps and reactions of the increment with unchanged contact set.
+   !> Solves the LCP, given gaps and reactions after the increment with unchanged contact set.
    subroutine solve_contact_lcp(state, gap, reaction, lcp, pivots, message)
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: gap(:), reaction(:)       !! (candidates)
       type(contact_lcp_t), intent(inout) :: lcp
-      integer, intent(out) :: pivots
+      integer, intent(out) :: pivots                    !! pivots of the LCP
       character(:), allocatable, intent(out) :: message !! allocated: no solution
       real(wp), allocatable :: q(:)
       integer :: outcome
@@ -136,7 +139,7 @@ contains
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
       type(contact_lcp_t), intent(in) :: lcp
-      real(wp), intent(inout) :: x(:), y
+      real(wp), intent(inout) :: x(:), y               !! as in contact_lcp_t, summed over the solution
       real(wp), intent(inout) :: gap(:), reaction(:)   !! (candidates)
       real(wp) :: force(system%n), given(problem%candidates%n)
       integer :: k
@@ -153,7 +156,7 @@ contains
    end subroutine add_answer
 
    !> Column of a candidate: response of the structure to a unit reaction of an open candidate, or to a unit opening of an active
-   !> one.
+   !> candidate.
    subroutine solve_column(problem, state, system, candidate, x, y, force, ok)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -170,7 +173,7 @@ contains
       if (state%active(candidate) .and. system%unknown(candidate) > 0) then
          prescribed(system%unknown(candidate)) = 1.0_wp / system%slope(candidate)
          d = system%partner(candidate)
-         ! In a corner of two obstacles the node moves along the other obstacle.
+         ! At a corner between two obstacles the node moves along the other obstacle.
          if (d > 0) prescribed(system%unknown(d)) = -prescribed(system%unknown(candidate)) * &
             & dot_product(system%normal(:, candidate), system%normal(:, d)) / system%slope(d)
       else
@@ -196,7 +199,7 @@ contains
          if (state%active(candidate)) pair = pair * system%spring(candidate)
       end function own_force
 
-      !> Adds the forces of coupled ground on nodes for a unit of a candidate's z, with fixed nodes.
+      !> Adds the forces of coupled ground on the nodes by a unit of a candidate's z while the nodes are fixed.
       subroutine add_coupled_load()
          real(wp) :: opening(problem%candidates%n), push(problem%candidates%n)
          opening = 0.0_wp

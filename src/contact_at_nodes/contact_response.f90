@@ -1,5 +1,5 @@
-!> Changes of gaps and reactions of all candidates in a linear increment, from a solution of the bordered system. The derivatives of
-!> a single gap or reaction along the path are in node_contact_functional.
+!> Changes of gaps and reactions of all candidates in a linear increment, from a solution of the bordered system. (Derivatives of a
+!> single gap or reaction along the path: node_contact_functional.)
 !>
 !> On coupled ground the opening is b = gap + T r, with the reactions r of all candidates and the compliance matrix T
 !> (ground_coupling). An opening or a reaction at one candidate changes the reactions of all active candidates (coupled_answer);
@@ -21,10 +21,10 @@ contains
    subroutine predict_contact(problem, system, x, y, active, given, force, gap, reaction)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: x(:), y
-      logical, intent(in) :: active(:)
+      real(wp), intent(in) :: x(:), y !! (n) increments in node axes, and of the load factor
+      logical, intent(in) :: active(:) !! (candidates) true: in contact
       real(wp), intent(in) :: given(:)               !! (candidates) prescribed openings of active ones, reactions of open ones
-      real(wp), intent(in) :: force(:)               !! (n) forces on the nodes by the prescribed values; rigid contacts may take a
+      real(wp), intent(in) :: force(:)               !! (n) forces on the nodes by the prescribed values; rigid contacts may carry a
       !! part of them
       real(wp), intent(out) :: gap(:), reaction(:)   !! (candidates)
       real(wp) :: residual(system%n)
@@ -43,12 +43,12 @@ contains
       call coupled_answer(problem%coupling, system%coupling, given, gap, reaction)
    end subroutine predict_contact
 
-   !> Change of a candidate's gap, with the motion of the obstacle and the closing of the gap by the load factor.
+   !> Change of a candidate's gap, including the motion of the obstacle and the part of the gap that the load factor closes.
    pure real(wp) function gap_change(problem, system, candidate, x, y)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: x(:), y
+      real(wp), intent(in) :: x(:), y !! (n) increments in node axes, and of the load factor
       real(wp) :: du(3)
       du = to_global(problem, system, x, problem%candidates%node(candidate))
       associate (carrier => problem%model%obstacle(problem%candidates%obstacle(candidate))%carrier)
@@ -62,7 +62,7 @@ contains
    pure real(wp) function reaction_change(system, candidate, x, y)
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: x(:), y
+      real(wp), intent(in) :: x(:), y !! (n) increments in node axes, and of the load factor
       integer :: p
       reaction_change = force_change(candidate) / system%slope(candidate)
       p = system%partner(candidate)

@@ -1,6 +1,6 @@
-!> One Newton step with unilateral contact at nodes: the linearised equations about the present contact set, and an LCP for the
-!> uncertain candidates only. A candidate becomes uncertain if its own or a neighbour's sign is violated; the set grows until no
-!> candidate outside is violated.
+!> One Newton step with unilateral contact at nodes: the linearised equations with the present contact set, and an LCP for the
+!> uncertain candidates only. A candidate becomes uncertain if its own sign condition or that of a neighbour is violated; further
+!> candidates become uncertain until no other candidate violates its condition.
 module contact_set
    use kinds, only: wp, parallel
    use problem, only: problem_t, dof
@@ -44,8 +44,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! assembled and factored at `state`, with the constraint row
-      real(wp), intent(in) :: path_rhs
-      logical, intent(in) :: frozen
+      real(wp), intent(in) :: path_rhs         !! right-hand side of the constraint
+      logical, intent(in) :: frozen            !! true: the contact set is kept
       type(contact_step_t), intent(inout) :: result
       real(wp) :: gap(problem%candidates%n), reaction(problem%candidates%n), none(problem%candidates%n)
 
@@ -73,7 +73,7 @@ contains
       call timing_stop(phase_contact)
    end subroutine solve_contact_step
 
-   !> Finds the contact set that agrees with the prediction.
+   !> Finds the contact set whose predicted gaps and reactions satisfy their sign conditions.
    subroutine complement(problem, state, system, gap, reaction, result)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -138,8 +138,8 @@ contains
 
    contains
 
-      !> With too many candidates for an LCP, those of the last LCP take its result, and the others change between open and active
-      !> by their signs. The equations must then be linearised again.
+      !> With too many candidates for an LCP, the candidates of the last LCP take its result, and all others whose signs are
+      !> violated change between open and active. The equations must then be linearised again.
       subroutine flip()
          result%active = state%active .neqv. wrong
          result%active(lcp%candidate) = state%active(lcp%candidate) .neqv. lcp%z > 0.0_wp
@@ -156,8 +156,8 @@ contains
       end subroutine fail_with
    end subroutine complement
 
-   !> Two rigid obstacles cannot constrain a node along one line: of two active contacts with parallel normals the one with the
-   !> smaller reaction is released.
+   !> Two rigid obstacles cannot constrain a node in the same direction: of two active contacts with parallel normals the one with
+   !> the smaller reaction is released.
    subroutine hold_once(problem, system, doubt, result)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -187,7 +187,7 @@ contains
    end subroutine hold_once
 
    !> Marks the candidates whose predicted gap or reaction has the wrong sign; bilateral candidates are never marked. The error of a
-   !> reaction is the rounding of the forces, which at the start of a path are those of the load increment.
+   !> reaction is the rounding of the forces; at the start of a path the load increment sets their size.
    function violated(problem, state, system, rise, gap, reaction) result(wrong)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -215,7 +215,7 @@ contains
       end do
    end function largest_force
 
-   !> Candidates that become uncertain because the sign of their own or a neighbour's gap or reaction is violated.
+   !> Candidates that become uncertain because a gap or reaction, their own or a neighbour's, violates its sign.
    function next_in_doubt(problem, system, wrong, in_doubt, round) result(more)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -232,14 +232,14 @@ contains
       may = (with_neighbours(problem, wrong, round) .or. wrong_at(problem%candidates%node)) .and. .not. in_doubt
       do c = 1, size(may)
          if (.not. can_act(system, c) .or. problem%candidates%bilateral(c)) may(c) = .false.
-         ! On a horizontal segment of its law a reaction is constant; it can vanish only from the first segment.
+         ! On a horizontal segment of its law a reaction is constant. It can become zero only from the first segment.
          if (system%soft(c) .and. .not. system%spring(c) > 0.0_wp) may(c) = .false.
       end do
       more = pack([(c, c=1, size(may))], may)
    end function next_in_doubt
 
-   !> Chosen candidates and their neighbours. On coupled ground a change has a long range, so that the neighbourhood is larger each
-   !> time that the LCP is extended (`round`).
+   !> Chosen candidates and their neighbours. On coupled ground a change has a long range: the neighbourhood is larger at each
+   !> extension of the LCP (`round`).
    function with_neighbours(problem, chosen, round) result(near)
       type(problem_t), intent(in) :: problem
       logical, intent(in) :: chosen(:)         !! (candidates) true for those chosen
@@ -260,8 +260,8 @@ contains
       end do
    end function with_neighbours
 
-   !> Accepted penetration of an open candidate; on a foundation limited to the penetration whose reaction is negligible, or to the
-   !> rounding of gaps.
+   !> Accepted penetration of an open candidate. On a foundation it is limited to the penetration whose reaction is negligible, but
+   !> is not below the rounding of gaps.
    pure real(wp) function overlap_allowed(problem, system, candidate) result(overlap)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -272,7 +272,7 @@ contains
          & system%gap_error))
    end function overlap_allowed
 
-   !> True if the obstacle can exert a reaction on the candidate's node; false if supports take the whole reaction (see may_react).
+   !> True if the obstacle can exert a reaction on the candidate's node; false if supports carry the whole reaction (see may_react).
    pure logical function can_act(system, candidate)
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate

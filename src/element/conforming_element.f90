@@ -4,10 +4,10 @@
 !>   P' = k'(sigma) (1 + e) M - q_t                     P = N + o k M                q_t = q . (o tangent)
 !>
 !> ' is d/ds of the stress-free length s. theta, e, N, M: tangent angle, strain, axial force and moment of the rod; P: the force
-!> dual to sigma (see below). sigma, k and k': arc length, curvature and its rate of the track (obstacle_track); o = 1 where the rod
-!> runs in the sense of the track, -1 against it; k0: stress-free curvature; e_T, k_T: thermal strain and curvature of the
-!> unstressed rod; q: dead load per unit stress-free length. Follower pressure is normal to the track and does no work on it. The
-!> rod does not shear.
+!> dual to sigma (see below). sigma, k and k': arc length, curvature of the track and its derivative by sigma (obstacle_track); o =
+!> 1 for a rod in the direction of the track, -1 against it; k0: stress-free curvature; e_T, k_T: thermal strain and curvature of
+!> the unstressed rod; q: dead load per unit stress-free length. Follower pressure is normal to the track and does no work along it.
+!> The rod has no shear strain.
 !>
 !> On the track the rod has one degree of freedom, sigma. With L = EA (e - e_T)^2/2 + EI (theta' - k0 - k_T)^2/2 - q . r the force
 !> dual to sigma is dL/d(sigma') = o P, and the equation of P' is Lagrange's equation. (sigma, o P) is thus a Hamiltonian system,
@@ -17,14 +17,14 @@
 !> For an inextensible rod 1/EA = 0: sigma is then a function of s alone, and P is the constraint force. As in ge_element, the
 !> tangent of such an element has a small artificial extension at the second end, which axial_rigidity removes from solutions.
 !>
-!> A foundation along the element exerts the force f per unit stress-free length, which depends on the place along the track. Its
+!> A foundation along the element exerts the force f per unit stress-free length, which depends on the position along the track. Its
 !> quadrature has points of its own, tau_q with the weights w_q, as in ge_element: the work of f on
 !>   sigma(tau) = sigma_1 + h sum b_j(tau) o (1 + e_j),   b_j the integral of the j-th Lagrange polynomial,
 !> adds - h sum w_q (1 - b_i(tau_q)/b_i(1)) f_q . (o tangent) to P at stage i, and - h sum w_q f_q . (o tangent) to P at the second
 !> end. The tangent remains symmetric.
 !>
-!> Stored unknowns z = (P at the first end, P at the stages, sigma at the stages less that of the first end) are condensed out here,
-!> as in ge_element: N never comes from EA times a difference of coordinates.
+!> Stored unknowns z = (P at the first end, P at the stages, sigma at the stages minus that of the first end) are condensed out
+!> here, as in ge_element: N is never computed as EA times a difference of coordinates.
 module conforming_element
    use kinds, only: wp
    use obstacle_types, only: obstacle_t
@@ -41,7 +41,7 @@ module conforming_element
 
    integer, parameter :: conforming_columns = 4 !! columns of the update operator: sigma at both ends, residual, load factor
 
-   !> Cross section of the rod at one place of the track.
+   !> Cross section of the rod at one point of the track.
    type :: section_t
       real(wp) :: n = 0.0_wp, m = 0.0_wp    !! axial force, moment
       real(wp) :: stretch = 0.0_wp          !! 1 + e
@@ -58,7 +58,7 @@ module conforming_element
       real(wp) :: by_stage(max_stages) = 0.0_wp, by_force(max_stages) = 0.0_wp !! derivatives by sigma and P at the stages
    end type hold_t
 
-   !> Dense output of an element: the polynomials of sigma and P, and what the section at a place needs.
+   !> Dense output of an element: the polynomials of sigma and P, and the data of the section.
    type :: conforming_output_t
       private
       real(wp) :: sense = 1.0_wp, offset = 0.0_wp !! as in conforming_evaluate
@@ -68,7 +68,7 @@ module conforming_element
       type(track_t) :: near                 !! a point of the element's piece of the track
       real(wp) :: sigma = 0.0_wp, p = 0.0_wp !! at the first end
       real(wp) :: run(max_stages) = 0.0_wp, pull(max_stages) = 0.0_wp !! sigma' and P' at the stages, times the element's length
-      real(wp) :: miss = 0.0_wp             !! P at the second end less that of its polynomial of degree s
+      real(wp) :: miss = 0.0_wp             !! P at the second end minus that of its polynomial of degree s
    end type conforming_output_t
 
    ! Columns of the local linearisation before condensation.
@@ -178,8 +178,8 @@ contains
       weight(s + 1:) = abs(h) * compliance%axial + abs(h)**3 * compliance%bending
       call solve_small(2 * s, system, rhs, singular, weight)
 
-      ! Increments of sigma (dend) and P (dtail) at the second end, less the increments at the first end, as linear functions of the
-      ! columns: (increment of sigma at the first end, increment of P at the first end, 1, increment of the load factor).
+      ! Increments of sigma (dend) and P (dtail) at the second end, minus the increments at the first end, as linear functions of
+      ! the columns: (increment of sigma at the first end, increment of P at the first end, 1, increment of the load factor).
       dend = 0.0_wp
       dtail = 0.0_wp
       dtail(by_p) = 1.0_wp
@@ -236,8 +236,9 @@ contains
       fl(2) = -sense * (dtail(by_p) * ends(4) + dtail(by_load))
    end subroutine conforming_evaluate
 
-   !> Dense output of an element, from the arguments of conforming_evaluate. No sum of loads contains the force of a foundation: on
-   !> it P is the polynomial through the stored values, and the value at the second end if the foundation's forces are given.
+   !> Dense output of an element, from the arguments of conforming_evaluate. The sum of loads does not contain the force of a
+   !> foundation: on a foundation P is the polynomial through the stored values and, if the foundation's forces are given, the value
+   !> at the second end.
    pure type(conforming_output_t) function new_output(tab, h, sense, bend, obstacle, offset, first, last, compliance, load, z, &
       & founded, inner) result(output)
       type(tableau_t), intent(in) :: tab
@@ -288,14 +289,14 @@ contains
       if (present(inner)) output%miss = output%miss - dot_product(tab%b(:s), output%pull(:s))
    end function new_output
 
-   !> Track and force P at a place of an element.
+   !> Track and force P at a position in an element.
    pure subroutine output_at(output, tab, obstacle, tau, here, p)
       type(conforming_output_t), intent(in) :: output
       type(tableau_t), intent(in) :: tab
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: tau              !! 0 to 1 of the stress-free length
       type(track_t), intent(out) :: here
-      real(wp), intent(out) :: p
+      real(wp), intent(out) :: p !! force P at the point
       real(wp) :: basis(max_stages)
       call stage_basis(tab, tau, basis)
       here = track_at(obstacle, output%offset, output%sigma + dot_product(basis(:tab%stages), output%run(:tab%stages)), output%near)
@@ -304,21 +305,21 @@ contains
    end subroutine output_at
 
    !> Resultants inside an element. As in ge_element: n' = -q - p J r' - f, m' = -r' x n, N positive in tension, Q along the normal
-   !> to the left of the rod. N and M follow from sigma and P at the place,
+   !> to the left of the rod. N and M follow from sigma and P at the point,
    !>   Q = -M'/(1 + e),   M' = EI (k' (1 + e)^2 + o k N'/EA - k0'),   N' = -o k M' - q_t,
    !> and the reaction from equilibrium along the normal, with Q' from the derivatives of these equations.
    pure subroutine conforming_resultants(output, tab, obstacle, tau, k0, ground, here, n, q, m, density)
       type(conforming_output_t), intent(in) :: output
       type(tableau_t), intent(in) :: tab
       type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: tau              !! place, 0 to 1 of the stress-free length
-      real(wp), intent(in) :: k0(0:2)          !! stress-free curvature at the place, and its first two derivatives by the
+      real(wp), intent(in) :: tau              !! position, 0 to 1 of the stress-free length
+      real(wp), intent(in) :: k0(0:2)          !! stress-free curvature at the point, and its first two derivatives by the
       !! stress-free length
       real(wp), intent(in) :: ground(2, 0:1)   !! force of foundations per unit stress-free length, and its
       !! derivative by this length
-      type(track_t), intent(out) :: here       !! the track at the place
-      real(wp), intent(out) :: n, q, m         !! N, Q and M at the place
-      real(wp), intent(out), optional :: density !! reaction of the obstacle per unit stress-free length, positive when it pushes
+      type(track_t), intent(out) :: here       !! the track at the point
+      real(wp), intent(out) :: n, q, m         !! N, Q and M at the point
+      real(wp), intent(out), optional :: density !! reaction of the obstacle per unit stress-free length, positive if it presses
       type(section_t) :: at
       real(wp) :: p, ei, d, along, across, n1, m1, m2, stretch1, k1, k2, q1, normal(2), line(2), line_slope(2)
       call output_at(output, tab, obstacle, tau, here, p)
@@ -352,7 +353,7 @@ contains
       end associate
    end subroutine conforming_resultants
 
-   !> Force of a foundation along the rod at a point of its quadrature, `at` this place of the track.
+   !> Force of a foundation along the rod at a point of its quadrature, for the point `at` of the track.
    pure type(hold_t) function hold_at(at, sense, inner, q) result(hold)
       type(track_t), intent(in) :: at
       real(wp), intent(in) :: sense
@@ -366,14 +367,14 @@ contains
       hold%by_load = sense * (inner%spring(q) * inner%approach(q) * slope + dot_product(inner%rate(:, q), at%tangent))
    end function hold_at
 
-   !> N, M and the right-hand sides of sigma' and P' with their derivatives, at a place `at` of the track for a given P.
+   !> N, M and the right-hand sides of sigma' and P' with their derivatives, at the point `at` of the track for a given P.
    pure type(section_t) function section_at(at, sense, bend, compliance, load, line, line_rate, p) result(section)
       type(track_t), intent(in) :: at
       real(wp), intent(in) :: sense
       real(wp), intent(in) :: bend             !! stress-free curvature
       type(ge_stiffness_t), intent(in) :: compliance
       type(ge_load_t), intent(in) :: load
-      real(wp), intent(in) :: line(2), line_rate(2) !! dead load at the place, and its derivative by the load factor
+      real(wp), intent(in) :: line(2), line_rate(2) !! dead load at the point, and its derivative by the load factor
       real(wp), intent(in) :: p
       real(wp) :: ei, d, k, unstretched, n_by_sigma, m_by_sigma, n_by_load, m_by_load, stretch_by_load
       ei = 1.0_wp / compliance%bending

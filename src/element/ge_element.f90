@@ -16,8 +16,8 @@
 !> flexibility h^2/12EI is added to 1/GA there (R. H. MacNeal, Comput. & Struct. 8 (1978) 175-183): still order 2.
 !>
 !> The resultants are stored unknowns z = (n_x, n_y, m at the first end, m at the stages [, n at the stages if there is pressure or
-!> a foundation]), condensed out here, so that N never comes from EA times a difference of coordinates: there is neither locking nor
-!> cancellation for large EA. Gauss collocation is symplectic, hence the condensed tangent is symmetric.
+!> a foundation]), condensed out here, so that N is never computed as EA times a difference of coordinates: there is neither locking
+!> nor cancellation for large EA. Gauss collocation is symplectic, hence the condensed tangent is symmetric.
 module ge_element
    use kinds, only: wp
    use gauss_tableau, only: tableau_t, max_stages
@@ -114,7 +114,8 @@ contains
          dtail(by_m, 3) = 1.0_wp
          dtail(by_load, 1:2) = -h * drop_rate
          dend(by_load, 3) = h * load%curvature_rate
-         ! Differences of displacements instead of positions have a smaller rounding error, and C closes the stress-free element.
+         ! Differences of displacements have smaller rounding errors than differences of positions, and C closes the stress-free
+         ! element.
          end_defect = [u(4:5) - u(1:2), u(6) - u(3) - h * load%curvature]
          tail = z(1:3)
          tail(1:2) = tail(1:2) - h * drop

@@ -1,5 +1,5 @@
-!> Linearised equations at the stages of a geometrically exact element, and their solution: the increments there as linear functions
-!> of those at the first end. The equations are those of ge_element.
+!> Linearised equations at the stages of a geometrically exact element, and their solution: the increments at the stages as linear
+!> functions of the increments at the first end. The equations are those of ge_element.
 module ge_equations
    use kinds, only: wp
    use gauss_tableau, only: tableau_t, max_stages
@@ -107,9 +107,9 @@ contains
          end do
       end subroutine add_force_rows
 
-      !> The forces of foundations in the rows of n, and the rows of their pressures at every quadrature point:
-      !> dp + spring * normal.dx = spring * approach * dl. If the pressures were substituted into the rows of n, motions without
-      !> resistance, as sliding along a stiff foundation, would be lost to cancellation.
+      !> Adds the forces of foundations to the rows of n, and one row for the pressure at each quadrature point: dp + spring *
+      !> normal.dx = spring * approach * dl. If the pressures were substituted into the rows of n, motions without resistance, such
+      !> as sliding along a stiff foundation, would be lost to cancellation.
       subroutine add_foundation()
          ! Displacement of the point: by_x, by_y, swing * rotation 1, along * dm, by_n * dn, heated * dl.
          real(wp) :: swing(2), along(max_stages, 2), by_n(2, 2, max_stages), heated(2), part, share
@@ -163,12 +163,12 @@ contains
          end do
       end subroutine add_foundation
 
-      !> Residuals of moments and forces, as the rotation that they would cause over the length of the element.
+      !> Residuals of moments and forces, as the rotations that they cause over the length of the element.
       subroutine find_defect()
          real(wp) :: rounding, give
          give = stages%h * maxval(stages%bending(:s))
-         ! The rounding error of products of force and length appears in moments and would rotate a taut rod of very small EI by
-         ! much. The defect is reduced by this rounding error, and by no other.
+         ! The rounding error of products of force and length is part of the moments and would strongly rotate a taut rod of very
+         ! small EI. The defect is reduced by this rounding error, and by no other.
          rounding = moment_rounding * maxval(abs(stages%nn(:, :s))) * stages%h
          defect = max(0.0_wp, (maxval(abs(change(by_residual, :s))) - rounding) * give)
          if (stages%stored) defect = max(defect, maxval(abs(change(by_residual, s + 1:3 * s))) * stages%hc * give)

@@ -20,7 +20,7 @@ contains
       real(wp), intent(in) :: tangent(:, :)    !! (2, at least stages)
       type(ge_stiffness_t), intent(in) :: compliance
       type(ge_load_t), intent(in) :: load
-      real(wp), intent(in) :: u(6), z(:)
+      real(wp), intent(in) :: u(6), z(:)           !! as in ge_evaluate
       real(wp), intent(out) :: first(3), second(3) !! (n_x, n_y, m)
       type(inner_forces_t), intent(in), optional :: inner
       real(wp) :: rho(2, max_stages), span(2)
@@ -41,11 +41,11 @@ contains
       real(wp), intent(in) :: tangent(:, :)    !! (2, at least stages)
       type(ge_stiffness_t), intent(in) :: compliance
       type(ge_load_t), intent(in) :: load
-      real(wp), intent(in) :: u(6), z(:)
-      real(wp), intent(in) :: tau              !! place, 0 to 1 of the stress-free length
+      real(wp), intent(in) :: u(6), z(:)       !! as in ge_evaluate
+      real(wp), intent(in) :: tau              !! position, 0 to 1 of the stress-free length
       real(wp), intent(out) :: span(2)         !! deformed position minus that of the first node
-      real(wp), intent(out) :: rotation        !! rotation at the place
-      real(wp), intent(out) :: resultant(3)    !! (n_x, n_y, m) at the place
+      real(wp), intent(out) :: rotation        !! rotation at the point
+      real(wp), intent(out) :: resultant(3)    !! (n_x, n_y, m) at the point
       real(wp) :: basis(max_stages), rho(2, max_stages)
       integer :: s
       s = tab%stages
@@ -56,21 +56,21 @@ contains
       call sum_part(tab, h, scale, load, z, rho, basis, span, resultant)
    end subroutine ge_interior
 
-   !> As ge_interior, with the directions rho at the stages given, for many places of one element.
+   !> The same as ge_interior for many points of one element, with the directions rho at the stages given.
    pure subroutine ge_between(tab, h, scale, load, z, rho, tau, span, resultant)
       type(tableau_t), intent(in) :: tab
       real(wp), intent(in) :: h, scale
       type(ge_load_t), intent(in) :: load
-      real(wp), intent(in) :: z(:)
+      real(wp), intent(in) :: z(:)             !! (ge_size) stored unknowns
       real(wp), intent(in) :: rho(:, :)        !! (2, at least stages) directions from ge_directions
-      real(wp), intent(in) :: tau
-      real(wp), intent(out) :: span(2), resultant(3)
+      real(wp), intent(in) :: tau              !! position, 0 to 1
+      real(wp), intent(out) :: span(2), resultant(3) !! as in ge_interior
       real(wp) :: basis(max_stages)
       call stage_basis(tab, tau, basis)
       call sum_part(tab, h, scale, load, z, rho, basis, span, resultant)
    end subroutine ge_between
 
-   !> As ge_between, with the quadrature weights of the part of the element before the place given.
+   !> The same as ge_between, with the quadrature weights given for the part of the element before the point.
    pure subroutine sum_part(tab, h, scale, load, z, rho, weight, span, resultant)
       type(tableau_t), intent(in) :: tab
       real(wp), intent(in) :: h, scale

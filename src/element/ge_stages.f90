@@ -19,7 +19,7 @@ module ge_stages
       real(wp) :: turn(max_stages, max_stages) !! (j, i) derivative of the rotation at stage i by m at stage j
       real(wp), dimension(2, max_stages) :: drop, drop_rate !! dead load between the first end and the stages
       real(wp), dimension(2, max_stages) :: nn, t !! n, and the normal of the section
-      real(wp), dimension(2, max_stages) :: rho, change !! rho, and rho less its value in the stress-free element
+      real(wp), dimension(2, max_stages) :: rho, change !! rho, and rho minus its value in the stress-free element
       real(wp) :: g(max_stages)
       real(wp) :: d(2, max_stages), bnn(3, max_stages) !! derivatives of rho by the rotation and by n (xx, xy, yy); by n that of g
       !! is -d
@@ -37,7 +37,7 @@ contains
       real(wp), intent(in) :: tangent(:, :)    !! (2, at least stages)
       type(ge_stiffness_t), intent(in) :: compliance
       type(ge_load_t), intent(in) :: load
-      real(wp), intent(in) :: u(6), z(:)
+      real(wp), intent(in) :: u(6), z(:) !! as in ge_evaluate
       type(ge_stages_t), intent(out) :: stages
       real(wp), intent(in), optional :: more_force(:, :) !! (2, stages) additional n in the derivatives only
       real(wp) :: phi, free, t(2), nu(2), axial, shear, axial_give, shear_give, beta, more(2), along, across, position(2)
@@ -77,7 +77,8 @@ contains
             a%g_phi(i) = free * axial + beta * (axial**2 - shear**2)
             a%d(:, i) = (beta * shear) * t + (free + beta * axial) * nu
             if (present(more_force)) then
-               ! The strains do not change, but a shear-flexible section shears when it rotates under an axial force (Haringx).
+               ! The strains do not change, but a section with shear flexibility shears when it rotates under an axial force
+               ! (Haringx).
                more = [dot_product(more_force(:, i), t), dot_product(more_force(:, i), nu)]
                across = free + beta * axial - shear_give * more(1)
                along = beta * shear
@@ -99,7 +100,7 @@ contains
       end associate
    end subroutine find_stages
 
-   !> A section turned by phi under a force: its normal, the components of the force, and rho less its stress-free value, exact to
+   !> A section rotated by phi under a force: its normal, the components of the force, and rho minus its stress-free value, exact to
    !> the rounding of displacements.
    pure subroutine turn_section(phi, tangent, nn, strain, axial_give, shear_give, t, axial, shear, change)
       real(wp), intent(in) :: phi              !! rotation
@@ -152,7 +153,7 @@ contains
       type(tableau_t), intent(in) :: tab
       real(wp), intent(in) :: h
       type(ge_load_t), intent(in) :: load
-      real(wp), intent(in) :: z(:)
+      real(wp), intent(in) :: z(:) !! (ge_size) stored unknowns
       integer, intent(in) :: i
       real(wp) :: nn(2), rate(2)
       if (size(z) > 3 + tab%stages) then
@@ -166,11 +167,11 @@ contains
    !> Derivative of the position by the stress-free arc length, divided by C, at the stages: rho.
    pure subroutine ge_directions(tab, h, tangent, compliance, load, u, z, rho)
       type(tableau_t), intent(in) :: tab
-      real(wp), intent(in) :: h
+      real(wp), intent(in) :: h                !! stress-free length
       real(wp), intent(in) :: tangent(:, :)    !! (2, at least stages)
       type(ge_stiffness_t), intent(in) :: compliance
       type(ge_load_t), intent(in) :: load
-      real(wp), intent(in) :: u(6), z(:)
+      real(wp), intent(in) :: u(6), z(:)       !! as in ge_evaluate
       real(wp), intent(out) :: rho(:, :)       !! (2, at least stages)
       integer :: s
       s = tab%stages
@@ -178,14 +179,14 @@ contains
       rho(:, :s) = rho(:, :s) + tangent(:, :s)
    end subroutine ge_directions
 
-   !> Result of ge_directions less its value in the stress-free element, exact to the rounding of displacements.
+   !> Result of ge_directions minus its value in the stress-free element, exact to the rounding of displacements.
    pure subroutine ge_direction_changes(tab, h, tangent, compliance, load, u, z, change)
       type(tableau_t), intent(in) :: tab
-      real(wp), intent(in) :: h
+      real(wp), intent(in) :: h                !! stress-free length
       real(wp), intent(in) :: tangent(:, :)    !! (2, at least stages)
       type(ge_stiffness_t), intent(in) :: compliance
       type(ge_load_t), intent(in) :: load
-      real(wp), intent(in) :: u(6), z(:)
+      real(wp), intent(in) :: u(6), z(:)       !! as in ge_evaluate
       real(wp), intent(out) :: change(:, :)    !! (2, at least stages)
       real(wp) :: phi, t(2), axial, shear
       integer :: i, s
@@ -201,7 +202,7 @@ contains
    !> Change of the result of ge_directions due to changes of the first node's rotation, the stored resultants and the load factor.
    pure subroutine ge_direction_rates(tab, h, tangent, compliance, load, u, z, du, dz, load_change, rate)
       type(tableau_t), intent(in) :: tab
-      real(wp), intent(in) :: h
+      real(wp), intent(in) :: h                !! stress-free length
       real(wp), intent(in) :: tangent(:, :)    !! (2, at least stages)
       type(ge_stiffness_t), intent(in) :: compliance
       type(ge_load_t), intent(in) :: load

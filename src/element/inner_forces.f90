@@ -11,9 +11,9 @@ module inner_forces
    !>   force + normal * dp + rate * dl - sway * dx,   dp = spring * (approach * dl - normal.dx)
    type :: inner_forces_t
       integer :: n = 0
-      real(wp), allocatable :: tau(:)             !! (n) place, 0 to 1 of the stress-free length
+      real(wp), allocatable :: tau(:)             !! (n) position, 0 to 1 of the stress-free length
       real(wp), allocatable :: weight(:)          !! (n) quadrature weight, as part of the element's length
-      real(wp), allocatable :: basis(:, :)        !! (max_stages, n) stage_basis at the place
+      real(wp), allocatable :: basis(:, :)        !! (max_stages, n) stage_basis at the point
       real(wp), allocatable :: force(:, :)        !! (2, n) [force/length]
       real(wp), allocatable :: normal(:, :)       !! (2, n) unit normal of the surface
       real(wp), allocatable :: spring(:)          !! (n) derivative of the pressure (force along the normal) by the penetration

@@ -6,7 +6,7 @@ module rod_compliance
    private
    public :: ge_stiffness_t, ge_compliance, forbid_stretch
 
-   !> Compliances; zero means rigid. Of a section that varies along the element these are the values at its middle, for scales.
+   !> Compliances; zero means rigid. For a section that varies along the element, the values at its middle are scales.
    type :: ge_stiffness_t
       real(wp) :: axial = 0.0_wp   !! 1/EA
       real(wp) :: bending = 0.0_wp !! 1/EI
@@ -21,7 +21,7 @@ contains
    !> Compliances of an element with the stiffnesses EA, EI and, if it shears, GA.
    pure function ge_compliance(stages, h, ea, ei, ga, shear_rigid) result(compliance)
       integer, intent(in) :: stages
-      real(wp), intent(in) :: h, ea, ei, ga
+      real(wp), intent(in) :: h, ea, ei, ga   !! stress-free length; stiffnesses
       logical, intent(in) :: shear_rigid      !! true: the element does not shear, and GA is not used
       type(ge_stiffness_t) :: compliance
       compliance%axial = 1.0_wp / ea
@@ -30,7 +30,7 @@ contains
       if (stages == 1) compliance%shear = compliance%shear + h**2 / (12.0_wp * ei)
    end function ge_compliance
 
-   !> Makes an element inextensible. The tangent keeps an axial compliance, size**2/EI times the root of the rounding unit: the
+   !> Makes an element inextensible. The tangent has an axial compliance of size**2/EI times the root of the rounding unit: the
    !> rounding error multiplied by the remaining stiffness, and the artificial extension left in a solution, are then equally small.
    pure subroutine forbid_stretch(compliance, size)
       type(ge_stiffness_t), intent(inout) :: compliance

@@ -34,7 +34,7 @@ module rod_geometry
 
 contains
 
-   !> Geometry of the whole mesh with every node at its nominal place.
+   !> Geometry of the whole mesh with every node at its nominal position.
    function new_geometry(model) result(geometry)
       type(model_t), intent(in) :: model
       type(geometry_t) :: geometry
@@ -81,7 +81,7 @@ contains
       end do
    end subroutine take_samples
 
-   !> Geometry of the same nodes for other numbers of stages. Elements between the same places in `known` are taken from there.
+   !> Geometry of the same nodes for other numbers of stages. Elements between the same positions in `known` are taken from there.
    function with_other_stages(model, tableau, geometry, known) result(new)
       type(model_t), intent(in) :: model          !! model with the new numbers of stages
       type(tableau_t), intent(in) :: tableau(:)
@@ -114,7 +114,7 @@ contains
       call take_samples(model, new, moved)
    end function with_other_stages
 
-   !> True if two elements lie at exactly the same place of the same curve.
+   !> True if two elements have exactly the same position on the same curve.
    pure logical function stands_still(one, other) result(same)
       type(element_geometry_t), intent(in) :: one, other
       same = all(abs([one%s - other%s, one%chord - other%chord, one%end_angle - other%end_angle]) <= 0.0_wp) .and. &
@@ -157,10 +157,10 @@ contains
       g%tangent(2, :) = sin(g%angle(1))
    end subroutine keep_straight
 
-   !> Places and angles of the stages of an element on a curve.
+   !> Positions and angles of the stages of an element on a curve.
    !>
-   !> Gauss quadrature of the exact tangent misses the chord by O(h^(2s+1)); a factor C and a common turn of the stage
-   !> angles of the same order close it, so that the stress-free state carries exactly no stress, however it is turned.
+   !> Gauss quadrature of the exact tangent misses the chord by O(h^(2s+1)). A factor C and a common rotation of the stage angles,
+   !> both of the same order, remove this error, so that the stress-free state has exactly no stress for any rotation.
    pure subroutine place_stages(model, tab, e, g)
       type(model_t), intent(in) :: model
       type(tableau_t), intent(in) :: tab
@@ -199,7 +199,7 @@ contains
       type(geometry_t), intent(inout) :: geometry
       real(wp) :: angle, speed, s(2)
       integer :: e
-      ! The element that ends at a node provides the node's coordinate.
+      ! The element that ends at a node gives the node's coordinate.
       do e = 1, model%mesh%n_elements
          associate (node => model%mesh%node(2, e))
             if (abs(shift(node)) > 0.0_wp) call curve_point(model%curve(model%mesh%curve(e)), model%imperfection, &

@@ -1,6 +1,5 @@
-!> Distributed loads on one rod element. A dead load is the polynomial through its values at the stages, or the same everywhere:
-!> whoever needs it asks for its value at a place or for its sum over a part of the element, and a uniform one costs no more for
-!> the others.
+!> Distributed loads on one rod element. A dead load is the polynomial through its values at the stages, or uniform. Procedures give
+!> its value at a point, or its sum over a part of the element; a uniform load needs no values at the stages.
 module rod_load
    use kinds, only: wp
    use gauss_tableau, only: tableau_t, max_stages
@@ -8,7 +7,7 @@ module rod_load
    private
    public :: ge_load_t, variation_t, acts, largest_line, line_at_stage, line_before, sum_line, line_at
 
-   !> What a dead load that varies adds at the stages to the part that is the same everywhere; zero after the last stage.
+   !> Difference of a varying dead load at the stages from its uniform part; zero after the last stage.
    type :: variation_t
       real(wp), dimension(2, max_stages) :: line = 0.0_wp, line_rate = 0.0_wp
    end type variation_t
@@ -40,7 +39,7 @@ contains
       largest = [maxval(abs(load%line(1) + load%more%line(1, :))), maxval(abs(load%line(2) + load%more%line(2, :)))]
    end function largest_line
 
-   !> Dead load at a stage; an element without stages has one.
+   !> Dead load at a stage; an element without stages has one value.
    pure subroutine line_at_stage(load, stage, line, rate)
       type(ge_load_t), intent(in) :: load
       integer, intent(in) :: stage
@@ -60,7 +59,7 @@ contains
       real(wp), intent(out) :: line(2), rate(2) !! of q, and of its derivative by the load factor
       real(wp) :: whole
       integer :: j
-      ! Forces of foundations, with which the load may be in balance, are summed in the same way.
+      ! Forces of foundations, which may balance the load, are summed in the same way.
       whole = sum(tab%a(stage, :tab%stages))
       line = whole * load%line
       rate = whole * load%line_rate
@@ -86,11 +85,11 @@ contains
       rate = rate + matmul(load%more%line_rate(:, :tab%stages), weight(:tab%stages))
    end subroutine sum_line
 
-   !> Dead load at a place of an element.
+   !> Dead load at a position in an element.
    pure subroutine line_at(tab, load, tau, line, slope)
       type(tableau_t), intent(in) :: tab
       type(ge_load_t), intent(in) :: load
-      real(wp), intent(in) :: tau              !! place, 0 to 1 of the stress-free length
+      real(wp), intent(in) :: tau              !! position, 0 to 1 of the stress-free length
       real(wp), intent(out) :: line(2)         !! q
       real(wp), intent(out) :: slope(2)        !! its derivative by tau
       real(wp) :: basis(max_stages), rate(max_stages)

@@ -1,4 +1,4 @@
-!> What varies along the rods, at the stages of an element: sections and dead loads.
+!> Sections and dead loads that vary along the rods, at the stages of an element.
 module rod_samples
    use kinds, only: wp
    use model, only: model_t
@@ -21,7 +21,7 @@ contains
       if (varies(section)) section = local_section(section, geometry%sample(:, stage, e))
    end function stage_section
 
-   !> The section of an element; of one that varies, that of the mean dimensions at the stages.
+   !> The section of an element; if it varies, the section with the mean dimensions of the stages.
    pure function middle_section(model, geometry, e) result(section)
       type(model_t), intent(in) :: model
       type(geometry_t), intent(in) :: geometry
@@ -34,7 +34,7 @@ contains
       end associate
    end function middle_section
 
-   !> Adds the dead loads of a pattern that vary, at the stages of an element; an element without stages has one.
+   !> Adds the varying dead loads of a pattern at the stages of an element; an element without stages has one value.
    pure subroutine add_line_loads(model, geometry, e, load, line, varies)
       type(model_t), intent(in) :: model
       type(geometry_t), intent(in) :: geometry

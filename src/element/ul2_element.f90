@@ -1,9 +1,10 @@
 !> The paper's element: two-node updated-Lagrangian beam-column, straight, shear-rigid.
 !>
-!> Natural (rigid-body-free) deformations are measured from the last converged configuration and added to its natural
-!> forces (N, M1, M2); the tangent is K_L + K_tau with the initial stress matrix consistent with them, so Newton converges
-!> quadratically. Element loads are lumped to the nodes. Second order. Source: Silveira & Goncalves (2001), section 3.
-!> Stored is the force of the whole deformation; the part due to the thermal strain is subtracted on use.
+!> Natural (rigid-body-free) deformations are measured from the last converged configuration, and their natural forces (N, M1, M2)
+!> are added to those of that configuration. The tangent is K_L + K_tau with the initial stress matrix consistent with these forces,
+!> so that Newton's method converges quadratically. Element loads are lumped to the nodes. Second order. Source: Silveira &
+!> Goncalves (2001), section 3. The stored forces are those of the whole deformation, thermal strain included; procedures that use
+!> them subtract the thermal part.
 module ul2_element
    use kinds, only: wp
    use rod_load, only: ge_load_t, line_at_stage
@@ -11,7 +12,7 @@ module ul2_element
    private
    public :: ul2_stress_stiffness, ul2_evaluate, ul2_forces, ul2_size, ul2_heat_scale
 
-   !> Force scale as a part of the forces of suppressed thermal expansion: in a freely heated rod these forces cancel except for
+   !> Scale of forces as a part of the forces of suppressed thermal expansion: in a freely heated rod these forces cancel up to
    !> rounding.
    real(wp), parameter :: ul2_heat_scale = 1.0e-6_wp
    integer, parameter :: ul2_size = 3 !! stored natural forces of the whole deformation: N, M1, M2
@@ -22,12 +23,12 @@ contains
    subroutine ul2_evaluate(h, chord, ea, ei, load, u, u_base, z_base, f, k, fl, z)
       real(wp), intent(in) :: h               !! stress-free length
       real(wp), intent(in) :: chord(2)        !! stress-free position of node 2 minus node 1
-      real(wp), intent(in) :: ea, ei
+      real(wp), intent(in) :: ea, ei          !! axial and bending stiffness
       type(ge_load_t), intent(in) :: load
       real(wp), intent(in) :: u(6)            !! present node displacements
       real(wp), intent(in) :: u_base(6)       !! node displacements at the last converged configuration
       real(wp), intent(in) :: z_base(3)       !! stored forces of the last converged configuration
-      real(wp), intent(out) :: f(6), k(6, 6), fl(6)
+      real(wp), intent(out) :: f(6), k(6, 6), fl(6) !! end forces, tangent, minus d(f)/d(load factor)
       real(wp), intent(out) :: z(3)           !! stored forces of the present configuration
       real(wp) :: force(3)
       real(wp) :: d(2), d_base(2), change(2), l, l_base, e(2), stretch, turn, phi(2)
@@ -40,7 +41,7 @@ contains
       l = norm2(d)
       l_base = norm2(d_base)
       e = d / l
-      ! (l^2 - l_base^2)/(l + l_base): no cancellation of two nearly equal lengths.
+      ! (l^2 - l_base^2)/(l + l_base), because nearly equal lengths would cancel in l - l_base.
       stretch = dot_product(change, 2.0_wp * d_base + change) / (l + l_base)
       turn = atan2(d_base(1) * d(2) - d_base(2) * d(1), dot_product(d_base, d))
       phi = [u(3) - u_base(3), u(6) - u_base(6)] - turn
@@ -78,23 +79,23 @@ contains
       k(4, 2) = k(4, 2) - 0.5_wp * load%pressure
    end subroutine ul2_evaluate
 
-   !> Natural forces N, M1, M2 of the section: those of the deformation less those of the thermal strain.
+   !> Natural forces N, M1, M2 of the section: those of the whole deformation minus those of the thermal strain.
    pure function ul2_forces(ea, ei, load, z) result(force)
-      real(wp), intent(in) :: ea, ei
+      real(wp), intent(in) :: ea, ei !! axial and bending stiffness
       type(ge_load_t), intent(in) :: load
       real(wp), intent(in) :: z(3)            !! stored
       real(wp) :: force(3)
       force = z - [ea * load%strain, -ei * load%curvature, ei * load%curvature]
    end function ul2_forces
 
-   !> Derivative of the tangent by a displacement increment through the axial force alone, at fixed geometry, and by the pressure.
-   !> (Shear forces couple bending with extension; this is negligible in the buckling of nearly inextensible rods.)
+   !> Derivative of the tangent by a displacement increment, through the axial force alone at fixed geometry, and by the pressure.
+   !> (Shear forces couple bending with extension, which is negligible in the buckling of nearly inextensible rods.)
    pure subroutine ul2_stress_stiffness(h, chord, ea, load, u, du, k)
       real(wp), intent(in) :: h, chord(2), ea !! as for ul2_evaluate
       type(ge_load_t), intent(in) :: load     !! rates are those per unit of the increment
       real(wp), intent(in) :: u(6)            !! present node displacements
       real(wp), intent(in) :: du(6)           !! increment of the node displacements
-      real(wp), intent(out) :: k(6, 6)
+      real(wp), intent(out) :: k(6, 6)        !! symmetric
       real(wp) :: d(2), l, e(2), ba(6), bt(6), force
       integer :: i, j
       d = chord + u(4:5) - u(1:2)

@@ -23,8 +23,8 @@ contains
       end associate
    end function at_breakpoint
 
-   !> True if a support takes the whole force that the obstacle could exert on a contact node, so that the node is fixed with and
-   !> without contact.
+   !> True if a support carries the whole force that the obstacle could exert on a contact node: the node is fixed with and without
+   !> contact.
    pure logical function stands(problem, state, candidate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -35,7 +35,7 @@ contains
    end function stands
 
    !> Concentrated force of the obstacle at a segment boundary, > 0 in compression: the reaction, which balances free elements,
-   !> loads and springs, and the jump of Q between elements on the track. Zero if supports take the whole force.
+   !> loads and springs, and the jump of Q between elements on the track. Zero if supports carry the whole force.
    real(wp) function breakpoint_force(problem, state, candidate) result(force)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -57,9 +57,10 @@ contains
       end do
    end function breakpoint_force
 
-   !> Couple that an obstacle would have to exert on a line contact's node at a segment boundary, whose direction is that of the
-   !> track: the unbalanced couple of loads, springs and free elements, and the jump of the moment between elements on the track. No
-   !> obstacle exerts a couple, so in a valid contact set it is zero. > 0 counterclockwise; zero if a support takes the couple.
+   !> Couple that an obstacle would have to exert on a line contact's node at a segment boundary, where the rod has the direction of
+   !> the track: the unbalanced couple of loads, springs and free elements, and the jump of the moment between elements on the
+   !> track. No obstacle exerts a couple, so that it is zero in a valid contact set. > 0 counterclockwise; zero if a support carries
+   !> the couple.
    real(wp) function breakpoint_couple(problem, state, candidate) result(couple)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -80,7 +81,7 @@ contains
       end associate
    end function breakpoint_couple
 
-   !> Bound, relative to the force scale, below which a force counts as a residual of the iteration.
+   !> Bound, relative to the force scale, of forces that may be residuals of the iteration.
    pure real(wp) function left_over(problem)
       type(problem_t), intent(in) :: problem
       left_over = max(10.0_wp * problem%model%step(problem%step)%tolerance, 1.0e-10_wp)

@@ -1,8 +1,8 @@
-!> Rods in line contact: conforming elements on the obstacle's track, and nodes that take the direction of the track.
+!> Rods in line contact: conforming elements on the obstacle's track, and nodes at which the rod has the direction of the track.
 !>
 !> The track is the curve at the distance of the gap's offset from the surface (track_nodes). A node in line contact has one
-!> unknown, its place along the track, which determines rotation and normal displacement. The elements between two such nodes are
-!> conforming elements; their end forces depend on these places only.
+!> unknown, its position along the track, which determines rotation and normal displacement. The elements between two such nodes are
+!> conforming elements; their end forces depend on these two positions only.
 module conforming_span
    use kinds, only: wp, pi
    use problem, only: problem_t
@@ -27,7 +27,7 @@ module conforming_span
    integer, parameter :: density_samples = 4 !! number of equal parts of an element, or of its smooth parts, at whose ends the
    !! density of the contact force is sampled
 
-   !> Dense output of a conforming element in one state, stored to evaluate several places.
+   !> Dense output of a conforming element in one state, stored to evaluate several points.
    type :: lying_t
       private
       integer :: element = 0          !! 0: undefined
@@ -54,10 +54,10 @@ contains
       end associate
    end function stage_bends
 
-   !> Conforming element in the form that linear_system expects of every element: in global axes, with the displacements of both
-   !> nodes as unknowns. A displacement of the obstacle acts like the opposite displacement of the nodes; a closing gap displaces
-   !> nodes along their normals. The third column of the operator belongs to the rotation of the obstacle, not of the first node:
-   !> seen from an obstacle that turns, dead loads turn the other way.
+   !> Conforming element in the form that linear_system requires of every element: in global axes, with the displacements of both
+   !> nodes as unknowns. A displacement of the obstacle has the effect of the opposite displacement of the nodes; a closing gap
+   !> displaces the nodes along their normals. The third column of the operator belongs to the rotation of the obstacle, not of the
+   !> first node: relative to a turning obstacle dead loads turn in the opposite direction.
    subroutine evaluate_conforming(problem, state, e, inner, f, raw, k, fl, op, defect, ok)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -65,7 +65,7 @@ contains
       type(inner_forces_t), intent(in) :: inner     !! forces of foundations
       real(wp), intent(out) :: f(6), raw(6), k(6, 6), fl(6), op(:, :) !! as in ge_evaluate
       real(wp), intent(out) :: defect(2)            !! residuals: force and position
-      logical, intent(out) :: ok
+      logical, intent(out) :: ok                    !! false: see conforming_evaluate
       type(track_t) :: track(2), moved(2)
       type(ge_load_t) :: load
       type(pose_t) :: pose
@@ -139,7 +139,7 @@ contains
       op(:z, ge_columns) = op4(:z, 4)
    end subroutine evaluate_conforming
 
-   !> A load with its dead load in the axes of an obstacle.
+   !> A load, with the dead load in it expressed in the axes of an obstacle.
    pure type(ge_load_t) function turned_load(pose, load) result(turned)
       type(pose_t), intent(in) :: pose
       type(ge_load_t), intent(in) :: load
@@ -154,7 +154,7 @@ contains
       end do
    end function turned_load
 
-   !> A load in the axes of an obstacle, its rate the derivative by the obstacle's rotation in place of that by the load factor.
+   !> The same load with its derivative by the obstacle's rotation as its rate, instead of the derivative by the load factor.
    pure type(ge_load_t) function turning_load(load) result(turning)
       type(ge_load_t), intent(in) :: load           !! from turned_load
       turning = load
@@ -166,16 +166,16 @@ contains
       turning%more%line_rate(2, :) = -load%more%line(1, :)
    end function turning_load
 
-   !> Section forces (N, Q, M) in the axes of the section inside a conforming element, place and tangent angle, and the obstacle's
-   !> force per unit stress-free length.
+   !> Section forces (N, Q, M) in the axes of the section inside a conforming element, position and tangent angle, and the
+   !> obstacle's force per unit stress-free length.
    pure subroutine conforming_forces(problem, state, e, tau, local, place, angle, density, kept)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau                   !! 0 to 1 of the stress-free length
-      real(wp), intent(out) :: local(3)
+      real(wp), intent(out) :: local(3)             !! N, Q, M
       real(wp), intent(out) :: place(2), angle      !! deformed; tangent angle in (-pi, pi]
-      real(wp), intent(out), optional :: density
+      real(wp), intent(out), optional :: density    !! [force/length], > 0 where it presses
       type(lying_t), intent(inout), optional :: kept !! of the same state, or undefined; computed again only if the element changes
       if (present(kept)) then
          if (kept%element /= e) kept = lying(problem, state, e)
@@ -185,7 +185,7 @@ contains
       end if
    end subroutine conforming_forces
 
-   !> As conforming_forces, with the element's dense output.
+   !> The same as conforming_forces, from the element's dense output.
    pure subroutine forces_from_output(problem, state, here, tau, local, place, angle, density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -244,30 +244,30 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau
+      real(wp), intent(in) :: tau                   !! 0 to 1 of the stress-free length
       type(lying_t), intent(inout) :: kept          !! as in conforming_forces, also in the following procedures
-      real(wp), intent(out) :: u(3)
+      real(wp), intent(out) :: u(3)                 !! global axes
       type(track_t) :: track
       real(wp) :: force, x(2), home, near
       call conforming_track(problem, state, e, tau, kept, track, force)
       call home_at(problem, state, e, tau, x, home)
       u(1:2) = track%place - x
-      ! The rotation is shifted by the same multiple of 2 pi as at the nodes.
+      ! The rotation gets the same multiple of 2 pi as at the nodes.
       near = 0.5_wp * (state%u(3, problem%model%mesh%node(1, e)) + state%u(3, problem%model%mesh%node(2, e)))
       u(3) = atan2(kept%sense * track%tangent(2), kept%sense * track%tangent(1)) - home
       u(3) = u(3) - 2.0_wp * pi * anint((u(3) - near) / (2.0_wp * pi))
    end subroutine conforming_displacement
 
-   !> Displacement of a place inside a conforming element by changes of its unknowns and of the load factor.
+   !> Displacement of a point inside a conforming element by changes of its unknowns and of the load factor.
    pure subroutine conforming_change(problem, state, e, tau, kept, du, dz, y, change)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau
+      real(wp), intent(in) :: tau !! 0 to 1 of the stress-free length
       type(lying_t), intent(inout) :: kept
       real(wp), intent(in) :: du(6), dz(:)          !! changes of the nodes' displacements and of the stored unknowns
       real(wp), intent(in) :: y                     !! change of the load factor
-      real(wp), intent(out) :: change(2)
+      real(wp), intent(out) :: change(2)            !! in x and y
       type(track_t) :: first, track
       real(wp) :: force, basis(max_stages), rise(1, max_stages), system(max_stages, max_stages)
       logical :: singular
@@ -315,12 +315,12 @@ contains
       track = kept%pose%placed(track)
    end subroutine conforming_track
 
-   !> Track and force P where a rod comes into line contact: the trial place and end forces need not satisfy contact yet.
+   !> Track and force P where a rod comes into line contact: the trial position and end forces need not satisfy contact yet.
    pure subroutine track_below(problem, state, e, place, angle, resultant, track, force)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e                      !! conforming element
-      real(wp), intent(in) :: place(2), angle       !! deformed place and tangent angle of the rod
+      real(wp), intent(in) :: place(2), angle       !! deformed position and tangent angle of the rod
       real(wp), intent(in) :: resultant(3)          !! n_x, n_y, m
       type(track_t), intent(out) :: track
       real(wp), intent(out) :: force

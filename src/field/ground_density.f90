@@ -1,4 +1,4 @@
-!> Force of foundations per length of a rod, at one place of an element.
+!> Force of foundations per length of a rod, at one point of an element.
 module ground_density
    use kinds, only: wp
    use problem, only: problem_t
@@ -11,15 +11,15 @@ module ground_density
 
 contains
 
-   !> Force of the foundations at a place of an element per unit stress-free length, global axes, and its derivative by this length
-   !> with the direction of the force unchanged.
+   !> Force of the foundations at a point of an element per unit stress-free length, global axes, and its derivative by this length
+   !> for a constant direction of the force.
    pure function foundation_density(problem, state, e, tau, place, rate) result(density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e                      !! element on a curve
       real(wp), intent(in) :: tau                   !! 0 to 1 of the stress-free length
       real(wp), intent(in) :: place(2)              !! deformed
-      real(wp), intent(in) :: rate(2)               !! derivative of the deformed place by the stress-free length
+      real(wp), intent(in) :: rate(2)               !! derivative of the deformed position by the stress-free length
       real(wp) :: density(2, 0:1)
       real(wp) :: home(2), angle, gap, normal(2), bend, push, spring, way(2)
       integer :: i
@@ -34,7 +34,7 @@ contains
                if (gap >= 0.0_wp .and. .not. (chain%bilateral(c) .or. carries(state%segment(c)))) cycle
                call foundation_reaction(problem%model, problem%model%obstacle(chain%obstacle(c)), -gap, push, spring, &
                   & state%segment(c))
-               ! Under a bilateral foundation the gap counts from that of the stress-free axis.
+               ! The gap of a bilateral foundation counts from that of the stress-free axis.
                way = rate
                if (chain%bilateral(c)) way = rate - [cos(angle), sin(angle)]
                density(:, 0) = density(:, 0) + push * normal
@@ -44,13 +44,13 @@ contains
       end associate
    end function foundation_density
 
-   !> Stress-free place and tangent angle inside an element.
+   !> Stress-free position and tangent angle inside an element.
    pure subroutine home_at(problem, state, e, tau, x, angle)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e                      !! element on a curve
-      real(wp), intent(in) :: tau
-      real(wp), intent(out) :: x(2), angle
+      real(wp), intent(in) :: tau                   !! 0 to 1 of the stress-free length
+      real(wp), intent(out) :: x(2), angle          !! position and tangent angle
       real(wp) :: speed
       associate (curve => problem%model%curve(problem%model%mesh%curve(e)), g => state%geometry%element(e))
          call curve_point(curve, problem%model%imperfection, curve_abscissa(curve, problem%model%imperfection, g%s(1), &

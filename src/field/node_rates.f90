@@ -1,5 +1,5 @@
-!> Derivatives of a rod's position and direction at the nodes of a GE element, from the rod's differential equations; as accurate as
-!> the section forces at the node.
+!> Derivatives of a rod's position and direction at the nodes of a GE element, from the rod's differential equations; they are as
+!> accurate as the section forces at the node.
 module node_rates
    use kinds, only: wp
    use problem, only: problem_t
@@ -74,7 +74,7 @@ contains
          pressure = load%pressure
          if (side == 2) pressure = pressure + dot_product(load%gradient, node_position(state, problem%model%mesh%node(2, e)) - &
             & node_position(state, problem%model%mesh%node(1, e)))
-         ! x' = along t + across nu, and t' = turn nu, nu' = -turn t.
+         ! Derivatives along the rod: x' = along t + across nu, t' = turn nu, nu' = -turn t.
          along(0) = section%along
          across(0) = section%across
          x(:, 1) = along(0) * t + across(0) * nu
@@ -147,20 +147,20 @@ contains
       end associate
       n = second(1:2)
       m = second(3)
-      ! The forces of foundations reach the moment through the stored forces, but are not contained in the sum of loads.
+      ! The stored forces include foundations, and so does the moment computed from them; the sum of loads does not.
       if (.not. problem%ground%founded(e)) return
       second = resultants_on_ground(problem, state, e, 1.0_wp)
       n = second(1:2)
    end subroutine end_resultants
 
-   !> (n_x, n_y, m) inside an element on a foundation, where no sum of loads contains the foundation's force: the polynomials
-   !> through the values at the stages and ends. The values at the second end are those with which the next element begins, so that
-   !> a transfer between equal meshes changes nothing.
+   !> (n_x, n_y, m) inside an element on a foundation, from polynomials through the values at the stages and ends, because the sum
+   !> of loads does not include the foundation's force. The values at the second end are those with which the next element begins,
+   !> so that a transfer between equal meshes changes nothing.
    pure function resultants_on_ground(problem, state, e, tau) result(resultant)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau
+      real(wp), intent(in) :: tau !! 0 to 1 of the stress-free length
       real(wp) :: resultant(3)
       real(wp) :: at(0:max_stages + 1), weight(0:max_stages + 1), end(3)
       integer :: i, j, n, s, next
@@ -171,7 +171,7 @@ contains
       next = problem%beside(2, problem%model%mesh%node(2, e))
       if (next > 0) goes_on = problem%rod_segment(next) == problem%rod_segment(e) .and. &
          & next /= problem%along(problem%element_first(problem%rod_segment(e)))
-      ! At a contact span's node the force of the obstacle acts, too.
+      ! At a node of a contact span the force of the obstacle acts, too.
       if (goes_on .and. problem%has_spans()) goes_on = .not. any(problem%candidates%node == problem%model%mesh%node(2, e) .and. &
          & problem%candidates%contact_span > 0)
       if (goes_on) then

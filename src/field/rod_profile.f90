@@ -1,9 +1,9 @@
 !> Dense output of an element: position and rotation between its nodes.
 !>
-!> GE elements with s stages: the collocation polynomial, of degree s in tau, 0 to 1 of the element's stress-free length. The
-!> difference between the stress-free axis and its own collocation polynomial is added, rotated and stretched with the rod: rigid
-!> motions are exact, and the error between nodes is that of the deformation, O(h^(s+1)). At the nodes position and rotation are
-!> those of the state, with error O(h^(2 s)).
+!> GE elements with s stages: the collocation polynomial of degree s in tau, 0 to 1 of the element's stress-free length. To it is
+!> added the difference between the stress-free axis and the collocation polynomial of that axis, rotated and stretched with the
+!> rod: rigid motions are then exact, and the error between nodes is that of the deformation, O(h^(s+1)). At the nodes position and
+!> rotation are those of the state, with error O(h^(2 s)).
 !> With the Hermite correction, direction, curvature and rate of curvature at the ends equal those of the nodes: the error between
 !> nodes is O(h^8) and falls with the fourth power of the distance from a node; without the rate of curvature O(h^6), with the third
 !> power.
@@ -62,7 +62,7 @@ contains
       end if
    end function new_profile
 
-   !> Dense output for a sequence of places of one state: computed again only if the element changes.
+   !> Dense output for a sequence of points of one state, computed again only if the element changes.
    pure subroutine keep_profile(problem, state, e, profile)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -253,7 +253,7 @@ contains
    !> correction.
    pure function mended_by(profile, tau) result(x)
       type(profile_t), intent(in) :: profile
-      real(wp), intent(in) :: tau
+      real(wp), intent(in) :: tau !! 0 to 1 of the stress-free length
       real(wp) :: x(2)
       x = 0.0_wp
       if (profile%mended) x = hermite_place(profile%hermite, profile%order, tau)
@@ -268,8 +268,8 @@ contains
       x = hermite_place(hermite_sum(profile%mend, order), order, tau)
    end function mended_to
 
-   !> Hermite's polynomial with given derivatives at 0 and 1 up to an order, and zero values there, is (1 - t)^(order + 1) p(t) +
-   !> t^(order + 1) q(1 - t); the result are the coefficients of t, t^2, ... in p and q.
+   !> Coefficients of t, t^2, ... in the polynomials p and q of Hermite's polynomial (1 - t)^(order + 1) p(t) + t^(order + 1) q(1 -
+   !> t), which has given derivatives at 0 and 1 up to an order, and zero values there.
    pure function hermite_sum(mend, order) result(sum)
       real(wp), intent(in) :: mend(2, 3, 2)      !! (components, derivatives, ends)
       integer, intent(in) :: order
@@ -307,8 +307,8 @@ contains
       x = r**(order + 1) * x + t**(order + 1) * second
    end function hermite_place
 
-   !> Displacements and rotation with Hermite correction of the rotation. Positions are not corrected: in thin rods the rounding of
-   !> their second derivatives would matter.
+   !> Displacements and rotation with Hermite correction of the rotation. Positions are not corrected, because in thin rods the
+   !> rounding of their second derivatives would dominate.
    pure function mended_displacement(problem, profile, tau) result(u)
       type(problem_t), intent(in) :: problem
       type(profile_t), intent(in) :: profile        !! after mend_rotation
@@ -347,7 +347,7 @@ contains
       u = displacement_beside(profile, tau, d)
    end subroutine profile_look
 
-   !> Displacement and rotation at a place where the stress-free axis differs from its polynomial by d.
+   !> Displacement and rotation of a point at which the stress-free axis differs from its polynomial by d.
    pure function displacement_beside(profile, tau, d) result(u)
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau, d(2)
@@ -355,7 +355,7 @@ contains
       u(1:2) = polynomial(profile%moved, profile%degree, tau)
       u(3) = turning(profile, tau)
       if (.not. profile%curved) return
-      ! This form without the difference of the rotated and the original vector keeps the digits of small rotations.
+      ! The difference of the rotated and the original vector would lose the digits of small rotations; this form keeps them.
       u(1:2) = u(1:2) + (profile%stretch - 1.0_wp) * d + (2.0_wp * profile%stretch * sin(0.5_wp * u(3))) * &
          & (cos(0.5_wp * u(3)) * [-d(2), d(1)] - sin(0.5_wp * u(3)) * d)
    end function displacement_beside
@@ -423,7 +423,7 @@ contains
       doubt = max(norm2(mended_by(profile, tau)), profile_error(profile))
    end function profile_doubt
 
-   !> Estimate of the error of a corrected position: the larger of two contributions. Between the nodes the error is the correction
+   !> Estimate of the error of a corrected position, the larger of two contributions. Between the nodes the error is the correction
    !> that a third derivative would add. The error of the nodes, O(h^(2 s)), is estimated by the square of the Hermite correction,
    !> O(h^(s + 1)), over the rod's deflection in the element, O(h^2).
    pure real(wp) function mended_error(profile, tau) result(error)
@@ -439,12 +439,12 @@ contains
       error = max(norm2(mended_to(profile, 3, tau) - mended_to(profile, 2, tau)), mended)
    end function mended_error
 
-   !> Estimate of the error of a GE element's displacements between its nodes. Without Hermite correction: the next coefficient of
-   !> the polynomial, extrapolated from the decrease of the last ones, times the maximum of the monic polynomial of the next degree
-   !> that vanishes with the collocation, s + 1 times the integral of Legendre's polynomial of degree s on (0, 1), at most (s + 1) /
-   !> ((2 s + 1) binomial(2 s, s)). With Hermite correction: the contribution of the fourth derivatives, extrapolated from those of
-   !> the second and third; the errors of Hermite's polynomials of degree 3, 5 and 7 are derivatives of order 4, 6 and 8 over 2^4
-   !> 4!, 2^6 6! and 2^8 8!.
+   !> Estimate of the error of a GE element's displacements between its nodes.
+   !> Without Hermite correction: the next coefficient of the polynomial, extrapolated from the decrease of the last ones, times the
+   !> maximum of the monic error polynomial. This is s + 1 times the integral of Legendre's polynomial of degree s on (0, 1), at
+   !> most (s + 1) / ((2 s + 1) binomial(2 s, s)).
+   !> With Hermite correction: the contribution of the fourth derivatives, extrapolated from those of the second and third. The
+   !> errors of Hermite's polynomials of degree 3, 5 and 7 are derivatives of order 4, 6 and 8 over 2^4 4!, 2^6 6! and 2^8 8!.
    pure real(wp) function profile_error(profile) result(error)
       type(profile_t), intent(in) :: profile
       real(wp) :: last, before, binomial
@@ -472,7 +472,7 @@ contains
       error = error * (s + 1) / ((2 * s + 1) * binomial)
    end function profile_error
 
-   !> Place (0 to 1) of a nominal coordinate in an element on a curve.
+   !> Position (0 to 1) of a nominal coordinate in an element on a curve.
    pure real(wp) function element_place(problem, geometry, e, s) result(tau)
       type(problem_t), intent(in) :: problem
       type(element_geometry_t), intent(in) :: geometry !! geometry of the element
@@ -494,14 +494,14 @@ contains
       if (problem%ground%founded(e) .and. problem%ground%tabled) deviates = problem%ground%curved(e)
    end function deviates
 
-   !> Stress-free axis less its polynomial.
+   !> Stress-free axis minus its polynomial.
    pure function deviation(problem, profile, tau) result(d)
       type(problem_t), intent(in) :: problem
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
       real(wp) :: d(2), x(2), angle, speed
       if (problem%ground%founded(profile%element) .and. problem%ground%tabled) then
-         ! The deviation is tabulated, because quadratures of foundations evaluate it very often.
+         ! The deviation is tabulated, because the quadratures of foundations evaluate it at very many points.
          d = home_deviation(problem%ground, profile%element, tau)
       else
          call curve_point(problem%model%curve(problem%model%mesh%curve(profile%element)), problem%model%imperfection, &
@@ -510,7 +510,7 @@ contains
       end if
    end function deviation
 
-   !> Nominal coordinate of a place in the element.
+   !> Nominal coordinate of a position in the element.
    pure real(wp) function abscissa(problem, profile, tau) result(s)
       type(problem_t), intent(in) :: problem
       type(profile_t), intent(in) :: profile
@@ -519,7 +519,7 @@ contains
          & profile%s, tau * profile%length)
    end function abscissa
 
-   !> Rotation at a place in the element.
+   !> Rotation at a position in the element.
    pure real(wp) function turning(profile, tau)
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau

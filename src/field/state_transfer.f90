@@ -1,7 +1,7 @@
 !> Transfer of a state to other nodes: to another mesh of the same rods, or to other material points of the same mesh.
 !>
-!> Elastic rods have no memory, so a state is given by its fields, and the dense output of the elements has these everywhere:
-!> displacements and rotations with error O(h^(s+1)) for s stages, exact for rigid motions (rod_profile), section forces as well
+!> Elastic rods have no memory, so that a state is given by its fields. The dense output of the elements gives these everywhere:
+!> displacements and rotations with error O(h^(s+1)) for s stages, exact for rigid motions (rod_profile), and section forces
 !> (ge_interior). Nodes at unchanged material points keep their values to the last bit. Newton's method removes the transfer error.
 module state_transfer
    use kinds, only: wp
@@ -27,7 +27,7 @@ module state_transfer
    public :: find_point, kept_t, point_displacement, carried, carried_field, carry_to, carry_stored, move_nodes, displacements_at, &
       & field_at, see_from
 
-   !> Element data of the last place, reused if the next place of the same state is in the same element.
+   !> Element data of the last point, reused if the next point of the same state is in the same element.
    type :: kept_t
       integer :: along = 0                      !! index of the element in problem%along
       type(profile_t) :: profile                !! dense output of an element
@@ -38,12 +38,12 @@ module state_transfer
 
 contains
 
-   !> Element of the working mesh that contains a material point, and the point's place in the element. At a node the element that
-   !> begins there, at the end of a rod segment the last element.
+   !> Element of the working mesh that contains a material point, and the point's position in the element. For a node this is the
+   !> element that begins there, at the end of a rod segment the last element.
    pure subroutine find_point(problem, state, rod_segment, at, e, tau, near)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: rod_segment
+      integer, intent(in) :: rod_segment        !! index into layout%rod_segment
       real(wp), intent(in) :: at                !! coordinate along the rod segment, 0 to its length
       integer, intent(out) :: e
       real(wp), intent(out) :: tau              !! 0 to 1 of the element's stress-free length; exactly 0 or 1 at a node
@@ -52,7 +52,7 @@ contains
       call find_in(problem, state%geometry, rod_segment, at, e, tau, near)
    end subroutine find_point
 
-   !> As find_point, for another geometry of the same mesh.
+   !> The same as find_point, for another geometry of the same mesh.
    pure subroutine find_in(problem, geometry, rod_segment, at, e, tau, near)
       type(problem_t), intent(in) :: problem
       type(geometry_t), intent(in) :: geometry
@@ -112,7 +112,7 @@ contains
       rounding = 8.0_wp * epsilon(s) * (abs(s) + abs(origin))
    end function rounding
 
-   !> Coordinate along the rod segment of a node that is no segment boundary.
+   !> Coordinate along the rod segment of a node inside the segment.
    pure real(wp) function node_coordinate(problem, geometry, node) result(at)
       type(problem_t), intent(in) :: problem
       type(geometry_t), intent(in) :: geometry
@@ -122,7 +122,7 @@ contains
       end associate
    end function node_coordinate
 
-   !> State on the mesh of another problem, with all nodes at their nominal places.
+   !> State on the mesh of another problem, with all nodes at their nominal positions.
    function carried(from, state, to) result(new)
       type(problem_t), intent(in) :: from       !! problem of the same deck as `to`
       type(state_t), intent(in) :: state        !! state of `from`
@@ -132,7 +132,7 @@ contains
       call carry_to(from, state, to, new)
    end function carried
 
-   !> Rate field, for example a path tangent, on another mesh: at the nodes of the mesh, the field at the same material points.
+   !> Rate field, for example a path tangent, on another mesh: its values at the material points of that mesh's nodes.
    function carried_field(from, state, field, to, there) result(new)
       type(problem_t), intent(in) :: from, to
       type(state_t), intent(in) :: state        !! state of `from`
@@ -155,7 +155,7 @@ contains
       end do
    end function carried_field
 
-   !> Transfer to a state whose geometry is set: load factor, displacements, section forces, and the contact at nodes that are
+   !> Transfer to a state whose geometry is set: load factor, displacements, section forces, and the contact of nodes that are
    !> candidates on both meshes. Candidates of contact spans are active; their forces remain zero.
    pure subroutine carry_to(from, state, to, new, moved)
       type(problem_t), intent(in) :: from       !! problem of the same deck as `to`
@@ -198,7 +198,7 @@ contains
       end do
    end subroutine carry_to
 
-   !> Transfer of the stored section forces of some elements only, after nodes of the mesh have moved.
+   !> Transfer of the stored section forces of selected elements, after nodes of the mesh have moved.
    pure subroutine carry_stored(problem, state, chosen, new)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state        !! state before the nodes moved
@@ -255,14 +255,14 @@ contains
       end do
    end subroutine find_ranges
 
-   !> Displacements and rotation at a place of an element; at a node exactly the node's values.
+   !> Displacements and rotation at a point of an element; at a node exactly the node's values.
    pure subroutine point_displacement(problem, state, e, tau, kept, u)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau
+      real(wp), intent(in) :: tau               !! 0 to 1 of the stress-free length
       type(kept_t), intent(inout) :: kept       !! data of the same state
-      real(wp), intent(out) :: u(3)
+      real(wp), intent(out) :: u(3)             !! global axes
       if (tau <= 0.0_wp) then
          u = state%u(:, problem%model%mesh%node(1, e))
       else if (tau >= 1.0_wp) then
@@ -275,9 +275,9 @@ contains
       end if
    end subroutine point_displacement
 
-   !> Displacements and rotation at a place of an element, continuous at nodes. Out of equilibrium the element's polynomial misses
-   !> the second node; the difference is distributed linearly along the element, so that a node that moves into either neighbouring
-   !> element finds the same value. Meshes of contact spans are transferred without this correction.
+   !> Displacements and rotation at a point of an element, continuous at nodes. Out of equilibrium the element's polynomial does not
+   !> end at the displacement of the second node. The difference is distributed linearly along the element, so that a node that
+   !> moves into either neighbouring element finds the same value. Meshes of contact spans are transferred without this correction.
    pure subroutine continuous_displacement(problem, state, e, tau, kept, u)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -361,7 +361,7 @@ contains
       end function lies_there
    end subroutine carry_resultants
 
-   !> (n_x, n_y, m) at a place of a GE element.
+   !> (n_x, n_y, m) at a point of a GE element.
    pure subroutine find_resultant(problem, state, e, tau, kept, resultant)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -384,7 +384,7 @@ contains
          call ge_between(tab, g%length, g%scale, load, z, kept%rho, tau, span, resultant)
       end associate
       if (.not. problem%ground%founded(e)) return
-      ! The moment is computed from the displacements, which Newton's method has made more accurate than the stored section forces.
+      ! The moment follows from the displacements, which Newton's method has made more accurate than the stored section forces.
       told = resultants_on_ground(problem, state, e, tau)
       resultant(1:2) = told(1:2)
    end subroutine find_resultant
@@ -422,7 +422,7 @@ contains
    !> Displacements of a state, a rate field, or both, at the material points of another geometry's nodes.
    !>
    !> The state must be in equilibrium: near nodes of contact spans the displacements follow from curvature and rate of curvature.
-   !> The polynomial's error is O(h^s); on a coarse mesh nodes that move along the rod would show this error as a motion of the rod.
+   !> The polynomial has the error O(h^s), which on a coarse mesh would appear as a motion of the rod if nodes move along it.
    pure subroutine see_from(problem, state, geometry, kept, u, field, moved)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -461,7 +461,7 @@ contains
 
    contains
 
-      !> True for an element in which the rod's equations at the nodes give the derivatives.
+      !> True for an element in which the rod's equations at the nodes give the derivatives of its fields.
       pure logical function is_smooth(e)
          integer, intent(in) :: e
          is_smooth = problem%has_spans() .and. problem%conforms(e) == 0 .and. collocates(problem%model%mesh%family(e)) .and. &
@@ -480,8 +480,8 @@ contains
       end associate
    end function stays
 
-   !> Rate field at a place of an element: the rigid motion of the first end, which is exact, and the motion relative to the first
-   !> end as the cubic with the values and slopes at both ends; the relative rotation rotates the tangent, and the extension rate is
+   !> Rate field at a point of an element: the rigid motion of the first end, which is exact, and the motion relative to this end as
+   !> the cubic with the values and slopes at both ends. The relative rotation rate rotates the tangent, and the extension rate is
    !> constant. The error of displacement rates is O(h^4), that of the rotation rate (slope of the cubic) O(h^3), and O(h^2) times
    !> the variation of the extension rate.
    pure subroutine point_rate(problem, state, field, e, kept, tau, rate)
@@ -513,8 +513,8 @@ contains
          tangent(:, 2) = speed * direction(g%end_angle(2) + state%u(3, node(2)))
          turn = field(3, node(2)) - field(3, node(1))
          value = field(1:2, node(2)) - field(1:2, node(1)) - field(3, node(1)) * across(chord)
-         ! A rotation rate that increases linearly from 0 to `turn` displaces the second end by `turn` times the vector from the
-         ! mean position of the cubic axis to this end (bow), rotated by a quarter turn.
+         ! A rotation rate that increases linearly from 0 to `turn` moves the second end by `turn` times a vector, rotated by a
+         ! quarter turn: the vector from the mean position of the cubic axis to this end (bow).
          bow = 0.5_wp * chord - (tangent(:, 1) - tangent(:, 2)) / 12.0_wp
          even = dot_product(value - turn * across(bow), chord) / dot_product(chord, chord)
          slope(:, 1) = even * tangent(:, 1)

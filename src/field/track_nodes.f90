@@ -1,4 +1,4 @@
-!> Rods and tracks at the nodes of contact spans: direction, relative curvature, and the place of the contact force.
+!> Rods and tracks at the nodes of contact spans: direction, relative curvature, and the point at which the contact force acts.
 !>
 !> The track is the curve at the distance of the gap's offset from the surface.
 module track_nodes
@@ -16,8 +16,8 @@ module track_nodes
    public :: curvature_slack, rolled_t, node_track, foot, track_joints, find_joints, rod_angle, track_sense, track_rotation, &
       & track_bend_rate, excess_curvature, excess_rate, touchdown_spring, touchdown_couple, rolled, bend_at, ge_end
 
-   !> Bound of (relative curvature times structure's size) below which a point contact is osculating; smaller values are rounding or
-   !> residuals of Newton's method.
+   !> Bound of (relative curvature times structure's size) below which a point contact counts as osculating: smaller values are
+   !> rounding or residuals of Newton's method.
    real(wp), parameter :: curvature_slack = 1.0e-8_wp
 
    !> Position of a point contact's force relative to the contact node, if the node is a segment boundary and the force is beside
@@ -32,7 +32,7 @@ module track_nodes
 
 contains
 
-   !> Track at a node of a contact span, where the obstacle is.
+   !> Track at a node of a contact span, for the present position of the obstacle.
    pure type(track_t) function node_track(problem, state, candidate) result(track)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -43,20 +43,20 @@ contains
       end associate
    end function node_track
 
-   !> Nearest point to x on the track of an obstacle where it is.
+   !> Nearest point to x on the track of an obstacle in its present position.
    pure type(track_t) function foot(problem, state, obstacle, offset, x) result(track)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: obstacle
       real(wp), intent(in) :: offset                !! as in track_foot
-      real(wp), intent(in) :: x(2)
+      real(wp), intent(in) :: x(2)                  !! point in space
       type(pose_t) :: pose
       pose = pose_of(problem, state, obstacle)
       track = pose%placed(track_foot(problem%model%obstacle(obstacle), offset, pose%own_place(x)))
    end function foot
 
-   !> Places inside a conforming element where two pieces of the obstacle's track join, as fractions of the element's length; exact
-   !> for a constant extension ratio.
+   !> Positions inside a conforming element where two pieces of the obstacle's track join, as fractions of the element's length;
+   !> exact for a constant extension ratio.
    pure function track_joints(problem, state, e) result(share)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -65,12 +65,12 @@ contains
       call find_joints(problem, state, e, share)
    end function track_joints
 
-   !> As track_joints, with the couples that would hold the rod to the track where the track's curvature jumps.
+   !> The same as track_joints, with the couples that would keep the rod on the track where the track's curvature jumps.
    pure subroutine find_joints(problem, state, e, share, couple)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e                     !! conforming element
-      real(wp), allocatable, intent(out) :: share(:)
+      real(wp), allocatable, intent(out) :: share(:) !! as from track_joints
       real(wp), allocatable, intent(out), optional :: couple(:) !! (joints) jump of the rod's moment, of either sign
       associate (c => problem%conforms(e), list => problem%candidates)
          call joints_between(problem%model%obstacle(list%obstacle(c)), -candidate_offset(problem, state, list, c), &
@@ -79,8 +79,8 @@ contains
       if (present(couple)) couple = couple / problem%compliance(e)%bending
    end subroutine find_joints
 
-   !> Element in which quantities of the rod at a candidate are evaluated: the element after the candidate, at the end of a segment
-   !> the element before. If the rod is not smooth there, `which` gives the side.
+   !> Element in which quantities of the rod at a candidate are evaluated: the element after the candidate, or at the end of a
+   !> segment the element before it. If the rod is not smooth there, `which` selects the side.
    pure subroutine own_element(problem, candidate, e, end, which)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
@@ -113,7 +113,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       type(track_t), intent(in) :: track            !! track at the candidate
-      integer, intent(in), optional :: which
+      integer, intent(in), optional :: which        !! side, as in own_element
       real(wp) :: angle
       angle = rod_angle(problem, state, candidate, which)
       sense = sign(1.0_wp, dot_product([cos(angle), sin(angle)], track%tangent))
@@ -124,7 +124,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      integer, intent(in), optional :: which
+      integer, intent(in), optional :: which !! side, as in own_element
       type(track_t) :: track
       real(wp) :: angle, sense, t(2)
       call contact_track(problem, state, candidate, track, which)
@@ -176,8 +176,8 @@ contains
    end function excess_rate
 
    !> Track at a contact node. A point contact lies at the least gap. If the rod bends more towards the obstacle than the nearest
-   !> piece of the track does, the gap there is largest, not least. If the next piece of the track bends more than the rod, the gap
-   !> is least beyond the joint of both pieces: the contact then belongs to the next piece, continued back across the joint.
+   !> piece of the track, the gap there is largest instead. If the next piece of the track bends more than the rod, the gap is least
+   !> beyond the joint of both pieces: the contact then belongs to the next piece, continued back across the joint.
    pure subroutine contact_track(problem, state, candidate, track, which, excess, extension)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -225,7 +225,7 @@ contains
       sense = track_sense(problem, state, candidate, track, which)
       call own_element(problem, candidate, e, side, which)
       if (.not. (present(which) .or. problem%candidates%moves(candidate))) then
-         ! At a node with a couple or a change of section, the side towards which the contact rolls determines the curvature.
+         ! At a node with a couple or a change of section the curvature is that on the side towards which the contact rolls.
          angle = rod_angle(problem, state, candidate)
          turn = track%tangent(1) * sin(angle) - track%tangent(2) * cos(angle)
          side = merge(2, 1, turn > 0.0_wp)
@@ -295,8 +295,8 @@ contains
    end function bend_at
 
    !> Rotational stiffness of a point contact. The point lies at the least gap, where the gap's slope g' along the rod is zero. The
-   !> potential of its force T is therefore -T times the least gap, -T (g - g'^2/(2 g'')) with the gap g at the node and its
-   !> derivatives along the rod; the second derivative of the potential with respect to g' is T/g''.
+   !> potential of its force T is -T times the least gap, that is, -T (g - g'^2/(2 g'')) with the gap g at the node and its
+   !> derivatives along the rod. The stiffness is its second derivative with respect to g', T/g''.
    pure real(wp) function touchdown_spring(problem, state, candidate) result(spring)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state            !! state with its contact reactions
@@ -306,14 +306,14 @@ contains
       if (.not. problem%candidates%rolls(candidate) .or. problem%candidates%held(candidate)) return
       call excess_curvature(problem, state, candidate, excess, extension)
       ! At an osculating contact the node hardly rotates, as at the end of a line contact, and the computed relative curvature may
-      ! be rounding: a small positive value replaces it.
+      ! be rounding: it is replaced by a small positive value.
       if (abs(excess) * problem%size <= curvature_slack) excess = curvature_slack / problem%size
       spring = state%reaction(candidate) * extension / excess
    end function touchdown_spring
 
    !> Unbalanced couple at a point contact that is not at the least gap: force times distance to the least gap. A rotation below
-   !> rounding gives no couple, because the distance would be undetermined at an osculating contact. At an osculating contact only a
-   !> point that moves along the rod gives a couple.
+   !> rounding gives no couple, because at an osculating contact the distance is undetermined; there only a point that moves along
+   !> the rod gives a couple.
    pure real(wp) function touchdown_couple(problem, state, candidate) result(couple)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state            !! state with its contact reactions
@@ -328,7 +328,7 @@ contains
       if (abs(turn) * problem%size > rounding_gap(problem)) couple = spring * turn
    end function touchdown_couple
 
-   !> Position of the force of a point contact whose node is a segment boundary: the least gap beside the node, to second order.
+   !> Position of the force of a point contact whose node is a segment boundary: the least gap beside the node, to the second order.
    pure type(rolled_t) function rolled(problem, state, candidate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

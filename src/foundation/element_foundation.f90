@@ -1,9 +1,10 @@
 !> Forces of foundations on one element: a quadrature over the part of the element in contact.
 !>
-!> Gauss points fill the parts of the element in contact (element_gap) and move with the ends of these parts. The force is zero at
-!> the ends, so the integral is a smooth function of the displacements: Newton's method finds contact and equilibrium together,
-!> without jumps of reactions between points and without oscillation. The corners of a multi-linear law divide the element in the
-!> same way. If the state prescribes a segment of the law, the whole element is on this segment, whatever its gap (ground_segments).
+!> The Gauss points lie in the parts of the element in contact (element_gap) and move with the ends of these parts. The force is
+!> zero at the ends, so that the integral is a smooth function of the displacements: Newton's method finds contact and equilibrium
+!> together, without jumps of reactions between points and without oscillation. The corners of a multi-linear law divide the element
+!> in the same way. If the state prescribes a segment of the law, the whole element is on this segment, whatever its gap
+!> (ground_segments).
 module element_foundation
    use kinds, only: wp
    use problem, only: problem_t
@@ -29,7 +30,8 @@ contains
       if (problem%ground%founded(e)) call find_forces(problem, state, e, list)
    end subroutine foundation_forces
 
-   !> As foundation_forces, for an element with foundations; a procedure of its own, because its work arrays take time to set up.
+   !> The same as foundation_forces, for an element with foundations. It is a separate procedure because its work arrays take time
+   !> to set up.
    subroutine find_forces(problem, state, e, list)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -64,7 +66,7 @@ contains
 
    contains
 
-      !> Places in the element where the gap passes a corner of a multi-linear law, in order.
+      !> Positions in the element at which the gap passes a corner of a multi-linear law, in order.
       subroutine find_corners()
          real(wp) :: found(most_crossings), next
          integer :: side, a, b, m
@@ -88,15 +90,15 @@ contains
          end do
       end subroutine find_corners
 
-      !> Gauss points of a part of the element that is in contact all along.
+      !> Gauss points of a part of the element, the whole of which is in contact.
       subroutine fill(first, last)
          real(wp), intent(in) :: first, last
          real(wp) :: length
          integer :: q
          length = last - first
          if (length <= 1.0e-12_wp) return
-         ! An element too long for its foundation gets as many points as stages. With one point more it would follow the surface
-         ! between its stages, and the stiffness would multiply the error of its polynomial there.
+         ! An element too long for its foundation has as many points as stages. With one point more it would follow the surface
+         ! between its stages, and the error of its polynomial there would be multiplied by the stiffness.
          if (carries(state%segment(c)) .and. .not. follows(problem, state, c)) then
             do q = 1, s
                call add_point(q, first + problem%tableau(s)%c(q) * length, problem%tableau(s)%b(q) * length)

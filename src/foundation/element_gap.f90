@@ -1,8 +1,8 @@
-!> Gap between an obstacle and the rod between two nodes, and the places where the gap has a given value; for the quadrature of
-!> foundation forces and for the report of contact.
+!> Gap between an obstacle and the rod between two nodes, and the positions at which the gap has a given value; for the quadrature
+!> of foundation forces and for the report of contact.
 !>
-!> The rod is the polynomial of degree s of rod_profile, so its gap has at most about 2 s bends: it is sampled at 2 s + 3 places,
-!> and its second differences bound its deviation between two samples.
+!> The rod is the polynomial of degree s of rod_profile, so that its gap has at most about 2 s bends: it is sampled at 2 s + 3
+!> positions, and its second differences bound its deviation between two samples.
 module element_gap
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -20,7 +20,7 @@ module element_gap
       & root_factor, is_at, most_samples, most_crossings, most_parts
 
    integer, parameter :: most_samples = 2 * max_stages + 2
-   integer, parameter :: most_crossings = 2 * most_samples  !! largest number of places where the gap has a given value: none, one
+   integer, parameter :: most_crossings = 2 * most_samples  !! largest number of points where the gap has a given value: none, one
    !! or two between two samples
    integer, parameter :: most_parts = most_crossings / 2 + 1 !! parts of an element in contact
 
@@ -41,7 +41,7 @@ module element_gap
       real(wp) :: sample(0:most_samples) = 0.0_wp
    end type element_gap_t
 
-   !> A known root of the gap, which a search for further extreme values divides out (see ground_ends).
+   !> A known root of the gap, by which the gap is divided in a search for extreme values (see ground_ends).
    type :: gap_root_t
       real(wp) :: at = 0.0_wp                   !! position, in the unit of the caller (part of an element, or elsewhere along the
       !! rod)
@@ -50,7 +50,7 @@ module element_gap
       real(wp) :: limit = 0.0_wp                !! limit of gap / (distance/scale)^order at the root
    end type gap_root_t
 
-   !> Distance from a root, over the root's scale, below which the limit replaces the quotient: at this distance and for order 1,
+   !> Distance from a root, over the root's scale, below which the limit replaces the quotient. At this distance and for order 1,
    !> the rounding error of the gap over the distance equals the second-order change from the limit.
    real(wp), parameter :: at_root = epsilon(1.0_wp)**(1.0_wp / 3.0_wp)
 
@@ -86,12 +86,12 @@ contains
       gap%segment = state%segment(candidate)
    end function ground_gap
 
-   !> Position of the rod, gap, its gradient and its curvature along the obstacle, at a place of the element.
+   !> Position of the rod, gap, its gradient and its curvature along the obstacle, at a position in the element.
    pure subroutine gap_look(problem, gap, tau, x, value, normal, bend)
       type(problem_t), intent(in) :: problem
       type(element_gap_t), intent(in) :: gap
       real(wp), intent(in) :: tau               !! 0 to 1 of the element
-      real(wp), intent(out) :: x(2), value, normal(2), bend
+      real(wp), intent(out) :: x(2), value, normal(2), bend !! position, gap, gradient, curvature
       real(wp) :: at_home, home(2), displacement(3)
       call profile_look(problem, gap%profile, tau, home, displacement)
       if (gap%profile%mended) displacement(1:2) = displacement(1:2) + mended_by(gap%profile, tau)
@@ -100,16 +100,16 @@ contains
          & normal, bend)
       normal = gap%pose%direction(normal)
       at_home = at_home + gap%home_offset
-      ! The initial gap is exactly zero for a rod on its obstacle, and for a bilateral contact, which begins without force.
+      ! The initial gap is exactly zero for a rod on its obstacle, and for a bilateral contact, which has no force at the start.
       if (gap%bilateral .or. abs(at_home) <= rounding_gap(problem)) at_home = 0.0_wp
       value = value + at_home + gap%offset
    end subroutine gap_look
 
-   !> Gap at a place.
+   !> Gap at a position in the element.
    pure real(wp) function gap_value(problem, gap, tau) result(value)
       type(problem_t), intent(in) :: problem
       type(element_gap_t), intent(in) :: gap
-      real(wp), intent(in) :: tau
+      real(wp), intent(in) :: tau !! 0 to 1 of the element
       real(wp) :: x(2), normal(2), bend
       call gap_look(problem, gap, tau, x, value, normal, bend)
    end function gap_value
@@ -118,7 +118,7 @@ contains
    subroutine gap_parts(problem, gap, n, part)
       type(problem_t), intent(in) :: problem
       type(element_gap_t), intent(inout) :: gap !! samples are stored here
-      integer, intent(out) :: n
+      integer, intent(out) :: n                 !! number of parts
       real(wp), intent(out) :: part(:, :)       !! (2, most_parts) beginning and end
       real(wp) :: coarse(3), cut(0:most_crossings + 1)
       integer :: j, crossings
@@ -126,7 +126,7 @@ contains
       part(:, 1) = [0.0_wp, 1.0_wp]
       if (gap%segment == segment_open) n = 0
       if (gap%bilateral .or. gap%segment /= segment_unknown) return
-      ! Most elements are in contact all along or nowhere, with a gap that varies little compared with its size.
+      ! Most elements are in contact all along or nowhere, and their gap varies little compared with its size.
       do j = 1, 3
          coarse(j) = gap_value(problem, gap, 0.5_wp * (j - 1)) - gap%touching
       end do
@@ -152,12 +152,12 @@ contains
       end do
    end subroutine gap_parts
 
-   !> Places where the gap has a given value, in order.
+   !> Positions at which the gap has a given value, in order.
    subroutine gap_crossings(problem, gap, level, n, place)
       type(problem_t), intent(in) :: problem
       type(element_gap_t), intent(inout) :: gap !! samples are stored here
-      real(wp), intent(in) :: level
-      integer, intent(out) :: n
+      real(wp), intent(in) :: level             !! the value of the gap
+      integer, intent(out) :: n                 !! number of positions
       real(wp), intent(out) :: place(:)         !! (most_crossings)
       real(wp) :: a, b, fa, fb, vertex, fv, waviness
       integer :: j
@@ -183,8 +183,8 @@ contains
 
    contains
 
-      !> Finds a place between a and b where gap - level has the other sign, if there is one: the vertex of a parabola, improved by
-      !> a second parabola through closer places.
+      !> Finds a position between a and b at which gap - level has the opposite sign, if there is one: the vertex of a parabola,
+      !> improved by a second parabola through closer points.
       subroutine find_extreme(top, f_top)
          real(wp), intent(out) :: top, f_top
          real(wp) :: half, f(2), curvature
@@ -205,7 +205,7 @@ contains
          end do
       end subroutine find_extreme
 
-      !> One root between two places of different sign: regula falsi, Illinois variant.
+      !> One root between two positions with different signs: regula falsi, Illinois variant.
       subroutine add_root(first, second, value_first, value_second)
          real(wp), intent(in) :: first, second, value_first, value_second
          real(wp) :: low, high, f_low, f_high, x, fx
@@ -230,13 +230,13 @@ contains
       end subroutine add_root
    end subroutine gap_crossings
 
-   !> Largest or smallest gap between two places, ends included: best sample, improved by parabolas.
+   !> Largest or smallest gap between two positions, ends included: best sample, improved by parabolas.
    pure subroutine gap_extreme(problem, gap, largest, from, to, value, tau, root)
       type(problem_t), intent(in) :: problem
       type(element_gap_t), intent(in) :: gap
       logical, intent(in) :: largest            !! true: largest, false: smallest gap
       real(wp), intent(in) :: from, to          !! 0 <= from <= to <= 1
-      real(wp), intent(out) :: value, tau
+      real(wp), intent(out) :: value, tau       !! the gap, and its position, 0 to 1
       type(gap_root_t), intent(in), optional :: root(:) !! known roots to divide out; `at` and `scale` in parts of the element
       integer, parameter :: rounds = 40
       real(wp), parameter :: finest = 1.0e-4_wp !! smallest step, as part of the interval: second differences at this distance keep
@@ -282,10 +282,10 @@ contains
       end function at
    end subroutine gap_extreme
 
-   !> Gap divided by the powers of its distances from the known roots; at a root the limit.
+   !> Gap divided by the powers of its distances from the known roots; the limit at a root.
    pure real(wp) function without_roots(gap, at, root) result(value)
       real(wp), intent(in) :: gap
-      real(wp), intent(in) :: at                !! place, in the unit of the roots
+      real(wp), intent(in) :: at                !! position, in the unit of the roots
       type(gap_root_t), intent(in) :: root(:)
       integer :: k
       value = gap
@@ -295,7 +295,7 @@ contains
       value = value * root_factor(at, root)
    end function without_roots
 
-   !> Factor by which the roots change a gap; a root at the place itself is left out.
+   !> Factor by which the division by the roots changes a gap. A root at the position itself has no factor.
    pure real(wp) function root_factor(at, root) result(factor)
       real(wp), intent(in) :: at
       type(gap_root_t), intent(in) :: root(:)
@@ -306,7 +306,7 @@ contains
       end do
    end function root_factor
 
-   !> True if a place coincides with a root up to rounding.
+   !> True if a position coincides with a root up to rounding.
    elemental logical function is_at(root, at)
       type(gap_root_t), intent(in) :: root
       real(wp), intent(in) :: at
@@ -325,8 +325,8 @@ contains
       gap%sampled = .true.
    end subroutine take_samples
 
-   !> Gap below which the rod is in contact: zero, or the rounding of positions for an element that has not moved yet, because a
-   !> structure may begin with its whole length on the surface.
+   !> Gap below which the rod counts as in contact: zero, or the rounding of positions for an element that has not moved yet,
+   !> because a structure may begin with its whole length on the surface.
    pure real(wp) function touching_gap(problem, state, e)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -1,5 +1,5 @@
-!> Interface points of foundations, where contact ends or a law has a corner: their places along the rod segments (cut_t),
-!> independent of the mesh, and the interface points of a mesh with nodes there (mark_t).
+!> Interface points of foundations, at which contact ends or a law has a corner: their positions along the rod segments (cut_t),
+!> independent of the mesh, and the interface points of a mesh with nodes at these positions (mark_t).
 module ground_cuts
    use kinds, only: wp
    use problem, only: problem_t, same_place
@@ -17,11 +17,11 @@ module ground_cuts
 
    real(wp), parameter :: shortest = 1.0e-6_wp !! least distance of interface points, as part of the structure's size; a mesh has a
    !! node at none of two closer points
-   !> Least distance of two interface points with the same gap, or of an interface point and a segment boundary, as part of the
-   !> length of a boundary layer beside the point. Shorter spans open and close with the square root of the load, or continue beyond
-   !> the boundary, to which an interface point cannot move. Without interface points the elements detect such contact themselves;
-   !> the relative error of the force is the third power of this number. The error bars do not contain the kink of soil along a rod
-   !> that has no interface point (inner_kinks), so its error must be smaller.
+   !> Least distance between two interface points with the same gap, or between an interface point and a segment boundary, over the
+   !> length of a boundary layer beside the point; the second value is for soil along a rod. Shorter spans open and close with the
+   !> square root of the load, or continue beyond the boundary, where an interface point cannot go. Without interface points the
+   !> elements detect such contact themselves, with a relative error of the force of the third power of this number. The error bars
+   !> do not contain the kink of soil along a rod without interface point (inner_kinks), so that its error must be smaller.
    real(wp), parameter :: shortest_of_layer = 0.1_wp, shortest_along = 0.01_wp
 
 contains
@@ -38,7 +38,8 @@ contains
       rounding = gap_rounding(state)
       do m = 1, size(problem%mark)
          if (.not. is_live(problem, state, m)) then
-            ! The elements beside the point determine contact from the gap; the point is dropped if the gap has no crossing there.
+            ! The elements beside the point determine contact from the gap; the point is dropped if the gap does not cross its value
+            ! there.
             if (.not. crosses_at(problem, state, m)) cycle
          end if
          c = problem%mark(m)%candidate(2)
@@ -72,7 +73,7 @@ contains
       end subroutine add
    end function find_cuts
 
-   !> True if the mesh has an interface point at each interface point of the state, and nowhere else.
+   !> True if the mesh has an interface point at each of the given positions, and no other interface point.
    logical function marked(problem, state, cut)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -84,7 +85,7 @@ contains
       end do
    end function marked
 
-   !> Number of places at which a mesh can have an interface point that moves.
+   !> Number of positions at which a mesh can have an interface point that moves.
    pure integer function inner_cuts(cut)
       type(cut_t), intent(in) :: cut(:)
       inner_cuts = count(.not. cut%at_end)
@@ -105,8 +106,8 @@ contains
       end do
    end subroutine sort
 
-   !> Removes interface points that are too close for an element between them or beside a touchdown point, and those due to
-   !> oscillations of polynomials (same segment of the law on both sides); moves points next to a segment boundary onto the
+   !> Removes pairs of interface points too close for an element between, points too close to a touchdown point, and points due to
+   !> oscillations of polynomials (same segment of the law on both sides). Points next to a segment boundary are moved onto the
    !> boundary.
    subroutine thin(problem, state, cut)
       type(problem_t), intent(in) :: problem
@@ -152,8 +153,8 @@ contains
       end function beside_touchdown
    end subroutine thin
 
-   !> Computes the lengths over which foundations bend the rod on both sides of each interface point, from the segments of the law
-   !> half way to the next points.
+   !> Computes the lengths over which foundations bend the rod on both sides of each interface point. The segments of the law half
+   !> way to the next points determine the stiffness.
    subroutine add_layers(problem, state, cut)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -179,7 +180,7 @@ contains
       end do
    end subroutine add_layers
 
-   !> Adds the interface points of a mesh that has nodes at the given places.
+   !> Adds the interface points of a mesh that has nodes at their positions.
    subroutine add_marks(problem, cut, division)
       type(problem_t), intent(inout) :: problem
       type(cut_t), intent(in) :: cut(:)
@@ -211,14 +212,14 @@ contains
       problem%ground%tabled = size(problem%mark) == 0 .and. size(problem%contact_span) == 0
    end subroutine add_marks
 
-   !> Coordinates of nodes between two places: n elements of equal integral of a mesh density, shorter in boundary layers. In a
+   !> Coordinates of nodes between two positions: n elements of equal integral of a mesh density, shorter in boundary layers. In a
    !> layer of length l beside an end, displacements fall as exp(-x / (sqrt(2) l)), and the error of an element of s stages is this
-   !> amplitude times the element's length to the power 2 s + 1: after a first length l, lengths of equal error grow as exp(x / ((2
-   !> s + 1) sqrt(2) l)).
+   !> amplitude times the element's length to the power 2 s + 1. After a first element of length l, lengths of equal error grow as
+   !> exp(x / ((2 s + 1) sqrt(2) l)).
    pure function graded(demand, from, to, n, layer, stages) result(at)
       type(mesh_density_t), intent(in) :: demand
-      real(wp), intent(in) :: from, to
-      integer, intent(in) :: n, stages
+      real(wp), intent(in) :: from, to !! nominal coordinates of both ends
+      integer, intent(in) :: n, stages !! elements; stages of an element
       real(wp), intent(in) :: layer(2)               !! layer length at both ends, 0: none
       real(wp), allocatable :: at(:)                 !! both ends included
       real(wp), allocatable :: first(:), last(:), inner(:)
@@ -236,7 +237,8 @@ contains
 
    contains
 
-      !> Distances of layer nodes from an end, 0 first, until the elements are as long as elsewhere, at most up to the middle.
+      !> Distances of layer nodes from an end, 0 first, until the elements are as long as outside the layer, at most up to the
+      !> middle.
       pure function side(l, sense, end) result(x)
          real(wp), intent(in) :: l, sense, end
          real(wp), allocatable :: x(:)

@@ -2,10 +2,10 @@
 !> of contact moves with this end.
 !>
 !> A Newton step is straight. A node that slides by d on a foundation with the radius of curvature r would leave the surface by
-!> d^2/(2 r), and a stiff foundation would react with forces unrelated to the solution. An interface point may move by more than the
-!> layer length (EI/k)^(1/4) over which a foundation of stiffness k bends the rod; nodes that take the displacements of their new
-!> material points would leave this layer behind. Therefore gap and angle between rod and surface, which are small and determine the
-!> reaction, change by their linear parts in the step; the position along the surface and the direction follow the surface.
+!> d^2/(2 r), and a stiff foundation would exert forces unrelated to the solution. An interface point may move by more than the
+!> layer length (EI/k)^(1/4) over which a foundation of stiffness k bends the rod. If nodes then took the displacements of their new
+!> material points, the layer would stay behind. Gap and angle between rod and surface are small and determine the reaction: they
+!> change by their linear parts in the step. The position along the surface and the direction of the rod follow the surface.
 module ground_following
    use kinds, only: wp
    use problem, only: problem_t
@@ -37,7 +37,7 @@ contains
                & load * problem%model%step(problem%step)%load%motion(:, chain%obstacle(c))
             wanted = gap(1) + dot_product(normal(:, 1), way) - load * closing_rate(problem, chain, c)
             linear = -bend(1) * (normal(2, 1) * way(1) - normal(1, 1) * way(2))
-            ! The square of a smaller rotation is below rounding.
+            ! A smaller rotation has a second-order effect below rounding.
             if (abs(linear) <= sqrt(epsilon(linear))) cycle
             call chain_gap(problem, state, chain, c, gap(2), normal(:, 2), bend(2))
             state%u(1:2, node) = state%u(1:2, node) + (wanted - gap(2)) * normal(:, 2)
@@ -46,13 +46,13 @@ contains
       end do
    end subroutine keep_to_ground
 
-   !> Moves boundary layers with interface points: gaps, angles and section forces in contact change linearly with the nodes' motion
-   !> along the rod, at the rates on the contact side.
+   !> Moves boundary layers with interface points: gaps, angles and section forces in the contact change linearly with the motion of
+   !> the nodes along the rod, at the rates on the contact side.
    subroutine keep_layers(problem, before, shift, state)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before        !! before the nodes move
       real(wp), intent(in) :: shift(:)           !! (nodes) along the rod, nominal length
-      type(state_t), intent(inout) :: state      !! transferred to the new places of the nodes
+      type(state_t), intent(inout) :: state      !! transferred to the new positions of the nodes
       type(state_t) :: moved(2)
       real(wp) :: part, gap(2), normal(2, 2), bend(2), rate(2), bow, lift, twist, way(2)
       real(wp) :: beside(size(shift))            ! motion of the nodes of elements in contact
@@ -78,8 +78,8 @@ contains
             bow = bow + bend(1) * (normal(2, 1) * rate(1) - normal(1, 1) * rate(2))
             lift = gap(1) + dot_product(normal(:, 1), merge(way, rate, chain%bilateral(c))) * shift(node) - gap(2)
             twist = bow * shift(node) - (direction(problem, state, c) - direction(problem, before, c) - turn(normal))
-            ! Smaller differences are rounding of positions and directions. Larger differences are applied however short the motion
-            ! is: otherwise the interpolation error of transferred polynomials would make the iteration oscillate.
+            ! Smaller differences are rounding of positions and directions. All larger differences are applied, even for short
+            ! motions: otherwise the interpolation error of transferred polynomials would make the iteration oscillate.
             if (abs(lift) > rounding_steps * epsilon(lift) * problem%size) &
                & state%u(1:2, node) = state%u(1:2, node) + lift * normal(:, 2)
             if (abs(twist) > rounding_steps * epsilon(twist)) state%u(3, node) = state%u(3, node) + twist

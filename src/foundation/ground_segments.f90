@@ -1,10 +1,10 @@
-!> Segments of foundation laws, assigned to the elements: a property of the whole span between two interface points, not of the
-!> gap's sign at a point.
+!> Segments of foundation laws, assigned to elements: a property of the whole span between two interface points, not of the sign of
+!> the gap at a point.
 !>
 !> During Newton iterations a span in contact transmits pressure and tension, a free span no force; the interface points are the
-!> ends of the spans. At the solution the gaps must agree with the assigned segments. An element whose gap does not agree determines
-!> its contact from the gap (segment_unknown), like all elements of meshes without interface points: the equations are right as
-!> well, but of lower order.
+!> ends of the spans. At the solution the gaps must agree with the assigned segments. An element whose gap disagrees determines its
+!> contact from the gap (segment_unknown), like all elements of meshes without interface points: these equations are right, too, but
+!> of lower order.
 module ground_segments
    use kinds, only: wp
    use cross_section, only: section_t
@@ -25,14 +25,14 @@ module ground_segments
 
    real(wp), parameter :: noise = 1.0e3_wp * epsilon(1.0_wp) !! rounding of gaps and residual of Newton's method, relative to the
    !! displacements
-   real(wp), parameter :: at_mark = 0.1_wp !! part of an element: a crossing this close to an interface point is the place to which
-   !! Newton's method moves this point
+   real(wp), parameter :: at_mark = 0.1_wp !! part of an element: a crossing this close to an interface point is the position to
+   !! which Newton's method moves this point
    real(wp), parameter :: at_node = 1.0e-6_wp !! part of an element: a crossing this close to a node is not inside the element
 
    !> Largest (h/l)^4 for which collocation with 1, 2, ... stages represents the displacement of a rod on a foundation (h: length of
    !> the element, l: decay_length). Across the rod the displacement falls as exp(-z), z = h/l at 45 degrees to the real axis, along
-   !> the rod with real z. The stability function of the method, the diagonal Pade approximant of the exponential, falls with z up
-   !> to the fourth root of these values only, and a stiffer foundation gives longer waves.
+   !> the rod with real z. The stability function of the method, the diagonal Pade approximant of the exponential, decreases with z
+   !> only up to the fourth root of these values; beyond, a stiffer foundation would give longer waves.
    real(wp), parameter :: stiffest(max_stages) = [16.0_wp, 144.0_wp, 667.4_wp, 2059.0_wp, 4434.6_wp, 7682.8_wp]
 
 contains
@@ -51,7 +51,7 @@ contains
       end if
    end function decay_length
 
-   !> Longest element that represents the displacement of a rod on the foundation after a candidate of its chain.
+   !> Longest element that represents the displacement of a rod on the foundation after a candidate of the foundations' chain.
    pure real(wp) function followed_length(problem, candidate, stiffness) result(length)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
@@ -62,7 +62,7 @@ contains
       end associate
    end function followed_length
 
-   !> Largest part of the foundations' stiffness for which no element would be too long to represent its displacement; foundations
+   !> Largest part of the foundations' stiffness at which all elements are short enough to represent the displacement. Foundations
    !> without corners or ends of contact do not count.
    pure real(wp) function followed_part(problem) result(part)
       type(problem_t), intent(in) :: problem
@@ -78,8 +78,8 @@ contains
    end function followed_part
 
    !> True if an element is short enough to represent the deflection on its foundation, or is not in contact. False for an element
-   !> in contact, or with an unknown segment of the law, that is too long: its gap between the nodes is meaningless. The answer is a
-   !> property of the mesh as it was made; nodes that move with interface points do not change it.
+   !> in contact, or with an unknown segment of the law, that is too long: its gap between the nodes is meaningless. The result is a
+   !> property of the mesh as it was made and does not change when nodes move with interface points.
    pure logical function follows(problem, state, candidate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -93,9 +93,9 @@ contains
       end associate
    end function follows
 
-   !> Gap on the element after a candidate, as accurate as the nodes allow. If the element is short enough for its foundation, the
+   !> Gap on the element after a candidate, with the accuracy of the nodes. If the element is short enough for its foundation, the
    !> gap has the Hermite correction, and is much more accurate than the polynomial in the quadrature of the foundation's forces.
-   !> (No correction for rods with shear flexibility, which would need the foundation's forces at the nodes.)
+   !> (Rods with shear flexibility have no correction: it would need the foundation's forces at the nodes.)
    pure function told_gap(problem, state, candidate) result(gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -109,10 +109,10 @@ contains
       if (follows(problem, state, candidate)) call mend_ends(problem, state, gap%profile, 3)
    end function told_gap
 
-   !> Mean gap of the element after a candidate, for an element too long for its foundation, and the amplitudes of the waves that
-   !> decay into the element from its nodes: (A cos b s + B sin b s) / exp(b s) at the distance s from a node, 4 b^4 = k/EI with the
-   !> foundation's stiffness k, A and B from gap and slope at the node. Amplitudes are computed only at nodes with a neighbouring
-   !> element that is short enough.
+   !> For an element too long for its foundation, the mean gap and the amplitudes of the waves that decay into the element from its
+   !> nodes: (A cos b s + B sin b s) / exp(b s) at the distance s from a node, with 4 b^4 = k/EI, the foundation's stiffness k, and
+   !> A and B from gap and slope at the node. Amplitudes are computed only at nodes with a neighbouring element that is short
+   !> enough.
    subroutine settled_gap(problem, state, candidate, mean, waves)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -143,7 +143,7 @@ contains
       end associate
    end subroutine settled_gap
 
-   !> First and last place of an element too long for its foundation at which its gap has a meaning: the nodes where the foundation
+   !> First and last position in an element too long for its foundation at which its gap has a meaning: the nodes if the foundation
    !> acts along the rod, else the first and last stage, because the deflection at a node may be a wave.
    pure function told_within(problem, candidate) result(ends)
       type(problem_t), intent(in) :: problem
@@ -156,7 +156,7 @@ contains
       end associate
    end function told_within
 
-   !> Mean gap of an element too long for its foundation, where only the integral of the force is meaningful.
+   !> Mean gap of an element too long for its foundation, for which only the integral of the force is meaningful.
    pure real(wp) function mean_gap(problem, candidate, gap)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
@@ -221,14 +221,14 @@ contains
       end associate
    end function segment_stiffness
 
-   !> Segment of the law at a place along a rod segment, and its stiffness, for one contact.
+   !> Segment of the law at a point of a rod segment, and its stiffness, for one contact.
    subroutine segment_at(problem, state, rod_segment, contact, at, segment, stiffness)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: rod_segment, contact
+      integer, intent(in) :: rod_segment, contact !! indices into layout%rod_segment and model%contact
       real(wp), intent(in) :: at                !! coordinate along the rod segment
-      integer, intent(out) :: segment
-      real(wp), intent(out) :: stiffness
+      integer, intent(out) :: segment           !! segment_unknown: none, or not determined
+      real(wp), intent(out) :: stiffness        !! as in segment_stiffness
       real(wp) :: tau
       integer :: e, k
       segment = segment_unknown
@@ -245,7 +245,7 @@ contains
       end do
    end subroutine segment_at
 
-   !> Error of every gap of a state due to rounding of displacements and the residual of Newton's method. The result depends on the
+   !> Error of each gap of a state due to rounding of displacements and the residual of Newton's method. The result depends on the
    !> displacements of all nodes and is the same for all candidates: callers compute it once.
    pure real(wp) function gap_rounding(state)
       type(state_t), intent(in) :: state
@@ -259,17 +259,17 @@ contains
       gap_uncertainty = profile_error(gap%profile) + rounding
    end function gap_uncertainty
 
-   !> Places inside the element after a candidate where the gap has the value of a corner of the law, without crossings that belong
-   !> to the interface points at the element's ends, and without those between which the gap differs from the value by rounding
+   !> Positions inside the element after a candidate at which the gap has the value of a corner of the law. Crossings that belong to
+   !> the interface points at the element's ends are left out, and those between which the gap differs from the value by rounding
    !> only.
    subroutine element_cuts(problem, state, candidate, rounding, n, tau, level, smallest)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       real(wp), intent(in) :: rounding           !! gap_rounding of the state
-      integer, intent(out) :: n
-      real(wp), allocatable, intent(out) :: tau(:), level(:) !! (n) places, 0 to 1, in order for each corner of the law; gap of the
-      !! corner at each place
+      integer, intent(out) :: n                  !! number of positions
+      real(wp), allocatable, intent(out) :: tau(:), level(:) !! (n) positions, 0 to 1, in order for each corner of the law; gap of
+      !! the corner at each position
       real(wp), intent(in), optional :: smallest !! oscillations of the gap up to this size are ignored
       type(element_gap_t) :: gap
       real(wp) :: place(most_crossings), wave, ends(2)
@@ -284,7 +284,8 @@ contains
       wave = gap_uncertainty(gap, rounding)
       if (present(smallest)) wave = max(wave, smallest)
       do k = 1, size(levels)
-         ! A gap that differs from the value by rounding only, as of a rod on its foundation without force, has no ends of contact.
+         ! A gap that differs from the value by rounding only, such as that of a rod on its foundation without force, has no ends of
+         ! contact.
          if (maxval(abs([(gap_value(problem, gap, 0.125_wp * j) - levels(k), j=0, 8)])) <= rounding) cycle
          if (.not. follows(problem, state, candidate)) then
             ends = told_within(problem, candidate)
@@ -301,11 +302,11 @@ contains
             if (mine(1) .and. place(j) <= at_mark) known(j) = .false.
             if (mine(2) .and. place(j) >= 1.0_wp - at_mark) known(j) = .false.
          end do
-         ! Crossings are dropped if the oscillation between them is no larger than the error of the polynomial.
+         ! Crossings are dropped if the oscillation between them does not exceed the error of the polynomial.
          do j = 1, crossings - 1
             if (abs(gap_value(problem, gap, 0.5_wp * (place(j) + place(j + 1))) - levels(k)) <= wave) known(j:j + 1) = .false.
          end do
-         ! A crossing is dropped as well if it bounds half an oscillation whose other half is beyond a node.
+         ! A crossing that bounds half an oscillation whose other half is beyond a node is dropped as well.
          if (present(smallest) .and. crossings > 0) then
             if (abs(gap_value(problem, gap, 0.0_wp) - levels(k)) <= smallest) known(1) = .false.
             if (abs(gap_value(problem, gap, 1.0_wp) - levels(k)) <= smallest) known(crossings) = .false.
@@ -316,7 +317,7 @@ contains
       n = size(tau)
    end subroutine element_cuts
 
-   !> True if the gap passes the value of an interface point's corner between the places at the distance at_mark (part of an
+   !> True if the gap passes the value of an interface point's corner between the positions at the distance at_mark (part of an
    !> element) before and after the point.
    logical function crosses_at(problem, state, m)
       type(problem_t), intent(in) :: problem
@@ -328,7 +329,7 @@ contains
       end associate
    end function crosses_at
 
-   !> True if the gap passes the value of a corner of the law at some place inside the element after a candidate, see element_cuts.
+   !> True if the gap passes the value of a corner of the law inside the element after a candidate, see element_cuts.
    logical function is_cut(problem, state, candidate, rounding, smallest)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -343,8 +344,8 @@ contains
       is_cut = any(tau > at_node .and. tau < 1.0_wp - at_node)
    end function is_cut
 
-   !> Assigns segments of the laws to the elements of a state: each span gets the segment of the interface points at its ends; where
-   !> the gaps contradict, the segment becomes unknown. On meshes without interface points all segments are unknown.
+   !> Assigns segments of the laws to the elements of a state: each span gets the segment of the interface points at its ends; if
+   !> the gaps contradict this, the segment becomes unknown. On meshes without interface points all segments are unknown.
    subroutine tell_segments(problem, state, carried)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(inout) :: state
@@ -384,8 +385,9 @@ contains
       end function goes_on
    end subroutine tell_segments
 
-   !> Assigns segments to elements that determined contact from the gap: those beside an interface point with a single crossing, to
-   !> which Newton's method will move the point, and those without a crossing. The segments of other elements remain unknown.
+   !> Assigns segments to elements that have determined their contact from the gap: those beside an interface point with a single
+   !> crossing, to which Newton's method will move the point, and those without a crossing. The segments of other elements remain
+   !> unknown.
    subroutine settle_found(problem, state)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(inout) :: state         !! converged
@@ -425,12 +427,12 @@ contains
       end function kinks_in
    end subroutine settle_found
 
-   !> Tests whether the gaps of a converged state agree with the assigned segments; where they do not, the element's segment becomes
+   !> Tests whether the gaps of a converged state agree with the assigned segments; in an element that disagrees the segment becomes
    !> unknown.
    subroutine segments_hold(problem, state, hold, carried)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(inout) :: state
-      logical, intent(out) :: hold
+      logical, intent(out) :: hold              !! true: all agree
       logical, intent(in) :: carried            !! true: the state comes from another mesh, as in tell_segments
       type(element_gap_t) :: gap
       real(wp) :: low, high, slack, rounding
@@ -444,7 +446,7 @@ contains
          gap = told_gap(problem, state, c)
          call segment_range(problem, c, state%segment(c), low, high)
          slack = gap_uncertainty(gap, rounding)
-         ! An interface point away from its equilibrium place shifts the gap at its node.
+         ! An interface point away from its equilibrium position shifts the gap at its node.
          marked = .false.
          do j = 1, size(problem%mark)
             marked = marked .or. problem%mark(j)%candidate([2, 1]) == c
@@ -465,7 +467,7 @@ contains
 
    contains
 
-      !> Gaps at samples, and the extreme values between samples where these may be outside the range of the segment.
+      !> Gaps at samples, and the extreme values between samples that may lie outside the range of the segment.
       function with_extremes(gap, first, last) result(value)
          type(element_gap_t), intent(in) :: gap
          integer, intent(in) :: first, last      !! samples

@@ -1,9 +1,9 @@
 !> Moment error due to a kink of a foundation's force inside an element.
 !>
-!> A foundation that ends inside an element, or whose law has a corner there, exerts a force with the part J (x - c)+, c the place
-!> of the kink, J the slope of the gap there times the jump of the stiffness. The element integrates this force and its first
-!> moments exactly (see ge_element), but its moment is a polynomial of degree s: the error is the part of J (x - c)+^3/6 that this
-!> polynomial does not represent. A foundation along the rod exerts no moment.
+!> A foundation that ends inside an element, or whose law has a corner there, exerts a force with the part J (x - c)+, where c is
+!> the position of the kink and J the slope of the gap there times the jump of the stiffness. The element integrates this force and
+!> its first moments exactly (see ge_element), but its moment is a polynomial of degree s: the error is the part of J (x - c)+^3/6
+!> that this polynomial does not represent. A foundation along the rod exerts no moment.
 module inner_kinks
    use kinds, only: wp
    use problem, only: problem_t

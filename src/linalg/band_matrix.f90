@@ -1,8 +1,9 @@
-!> Symmetric band matrices with a border: LAPACK's Cholesky while the band is positive definite, its pivoting LU where it is not.
+!> Symmetric band matrices with a border. A positive definite band is factored by LAPACK's Cholesky method, any other by LAPACK's LU
+!> with pivoting.
 !>
 !> The border consists of a few unknowns that may be coupled with every other one. With the band A of the other unknowns, the
-!> columns B of the border and its own matrix C, the matrix is [A B; B^T C]. It is factored by the factors of A and those of the
-!> Schur complement C - B^T A^-1 B; by Haynsworth's theorem its negative eigenvalues are those of both.
+!> columns B of the border and its own matrix C, the matrix is [A B; B^T C]. Its factors are those of A and of the Schur complement
+!> C - B^T A^-1 B; by Haynsworth's theorem its negative eigenvalues are as many as those of A and of the Schur complement together.
 module band_matrix
    use kinds, only: wp
    use lapack, only: dpbtrf, dpbtrs, dgbtrf, dgbtrs, dsbmv, dsytrf, dsytrs
@@ -43,7 +44,7 @@ contains
 
    !> A zero matrix of order n and half bandwidth kd.
    pure function new_band(n, kd, border) result(band)
-      integer, intent(in) :: n, kd
+      integer, intent(in) :: n, kd     !! order, half bandwidth
       integer, intent(in) :: border(:) !! unknowns that may be coupled with every other one, each once
       type(band_t) :: band
       band%n = n
@@ -227,8 +228,8 @@ contains
    end subroutine factor_symmetric
 
    !> LU factors of the scaled matrix. A zero pivot means that the unknown can move, together with unknowns before it, without any
-   !> force; a spring at the unknown resists this motion. Its stiffness is the root of the rounding unit times the largest entry, so
-   !> that a bordered system that is regular keeps half of its digits.
+   !> force; a spring added at the unknown resists this motion. The stiffness of the spring is the root of the rounding unit times
+   !> the largest entry: a regular bordered system keeps half of its digits.
    subroutine factor_general(factor)
       type(factor_t), intent(inout) :: factor  !! in: scaled matrix in `lu`; out: its factors
       real(wp) :: largest, weak
@@ -242,11 +243,12 @@ contains
          call dgbtrf(factor%n, factor%n, factor%kd, factor%kd, factor%lu, 3 * factor%kd + 1, factor%pivot, info)
          if (info <= 0) exit
          factor%deficient = .true.
-         ! The same unknown has a zero pivot again only if the spring is below the rounding of larger entries: then it is doubled.
+         ! The same unknown has a zero pivot again only if its spring is below the rounding of larger entries: the spring is then
+         ! doubled.
          if (factor%spring(info) <= largest) then
             factor%spring(info) = factor%spring(info) + max(weak, factor%spring(info))
          else
-            ! The row of the unknown has become the pivot row of an unknown before it: all of them need a spring.
+            ! The row of the unknown has become the pivot row of an earlier unknown: all unknowns up to this one get a spring.
             factor%spring(:info) = factor%spring(:info) + weak
          end if
          call to_general(factor)
@@ -255,7 +257,7 @@ contains
       factor%spring = factor%spring / factor%unit**2
    end subroutine factor_general
 
-   !> Forces of the springs added to an exactly singular matrix: the x of solve_factored satisfies A x + spring_forces = b.
+   !> Forces of the springs added to an exactly singular matrix: the solution x of solve_factored satisfies A x + spring_forces = b.
    pure function spring_forces(factor, x) result(forces)
       type(factor_t), intent(in) :: factor
       real(wp), intent(in) :: x(:)             !! (n)
@@ -314,7 +316,7 @@ contains
       b(factor%border, :) = own
    end subroutine solve_factored
 
-   !> Solves with the band alone, whose rows of the border are those of the identity.
+   !> Solves with the band alone; the rows of the border are replaced by those of the identity.
    subroutine solve_band(factor, b)
       type(factor_t), intent(in) :: factor
       real(wp), intent(inout) :: b(:, :)  !! (n, right-hand sides)

@@ -1,5 +1,5 @@
-!> Restricts BLAS to one thread. Bands of a few columns are too small for several threads, which on a busy machine wait for each
-!> other: a path takes ten times as long there.
+!> Restricts BLAS to one thread. Narrow bands give several threads too little work: on a busy machine the threads wait for each
+!> other, and a path takes ten times as long.
 module blas_threads
    use, intrinsic :: iso_c_binding, only: c_char, c_funptr, c_int, c_null_char, c_null_ptr, c_ptr, c_associated, c_f_procpointer
    use text, only: to_text

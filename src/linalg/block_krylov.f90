@@ -76,7 +76,7 @@ contains
          grow: do
             call take_ritz_values()
             if ((all(size_of <= tolerance) .and. k > wanted) .or. exhausted .or. k == operator%n) exit restarts
-            ! More vectors do not help if the residual is the rounding error of the operator.
+            ! More vectors do not help if the residual is rounding of the operator.
             if (found == size(last)) then
                if (all(abs(theta(:found) - last) <= tolerance * abs(last)) .and. maxval(size_of) > 0.5_wp * last_size) exit restarts
             end if
@@ -96,7 +96,7 @@ contains
       end do restarts
       spectrum%n = found
       spectrum%value = theta(:found)
-      ! Op v is defined in unknowns of zero weight, too, unlike v.
+      ! Op v may be nonzero in unknowns of zero weight, unlike v.
       spectrum%vector = matmul(w(:, :k), ritz(:, :found))
       spectrum%residual = size_of
       do i = 1, found
@@ -112,8 +112,8 @@ contains
 
    contains
 
-      !> Orthogonalises an eigenvector against those of larger eigenvalues. Their rounding errors in it, multiplied by the ratio of
-      !> the eigenvalues, may be as large as the eigenvector itself.
+      !> Orthogonalises an eigenvector against those of larger eigenvalues. Rounding leaves components along these, which the ratio
+      !> of the eigenvalues multiplies and which may be as large as the eigenvector itself.
       subroutine take_out_larger(i)
          integer, intent(in) :: i
          integer :: j, pass
@@ -135,7 +135,7 @@ contains
          do j = 1, found
             residual(:, j) = residual(:, j) - theta(j) * matmul(v(:, :k), ritz(:, j))
          end do
-         ! The smaller eigenvalues are accurate only to the rounding error of the largest.
+         ! The smaller eigenvalues have the rounding error of the largest.
          size_of = [(max(norm(operator, residual(:, j)) - rounding * abs(theta(1)), 0.0_wp) / max(abs(theta(j)), tiny(1.0_wp)), &
             & j=1, found)]
       end subroutine take_ritz_values

@@ -1,4 +1,4 @@
-!> Linear systems that may be singular or nearly so: of all solutions that satisfy the equations best, the one of least norm.
+!> Linear systems that may be singular or nearly singular: the solution of least norm among those of least residual.
 module least_norm
    use kinds, only: wp
    use lapack, only: dgelsd
@@ -8,8 +8,8 @@ module least_norm
 
 contains
 
-   !> Solves A x = b by singular values (LAPACK's dgelsd); directions in which the equations change by less than a share of the
-   !> largest change are left out.
+   !> Solves A x = b by singular values (LAPACK's dgelsd). Directions in which the equations change by less than a given part of the
+   !> largest change are ignored.
    subroutine solve_least(a, b, share, x, ok)
       real(wp), intent(in) :: a(:, :)      !! (equations, unknowns), as many equations as unknowns
       real(wp), intent(in) :: b(:)         !! (equations)

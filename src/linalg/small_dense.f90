@@ -71,8 +71,8 @@ contains
       end subroutine take_off
    end subroutine solve_small
 
-   !> Index of a row of a symmetric positive semi-definite matrix that depends linearly on the others, by elimination with diagonal
-   !> pivots; 0 if the matrix is regular.
+   !> Index of a row of a symmetric positive semi-definite matrix that is a linear combination of the others, by elimination with
+   !> diagonal pivots; 0 if the matrix is regular.
    pure integer function dependent_row(matrix) result(p)
       real(wp), intent(in) :: matrix(:, :)
       real(wp), parameter :: tolerance = parallel**2 !! squares of direction cosines

@@ -12,7 +12,7 @@ module mesh_change
 
 contains
 
-   !> Transfers a state and a displacement direction to another mesh, with the forces of contacts that both meshes have.
+   !> Transfers a state and a displacement direction to another mesh, including the forces of contacts that exist on both meshes.
    subroutine carry_over(problem, next, state, direction)
       type(problem_t), intent(in) :: problem, next  !! problems of the same deck
       type(state_t), intent(inout) :: state         !! in: of `problem`, in equilibrium; out: of `next`

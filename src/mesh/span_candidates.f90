@@ -16,7 +16,7 @@ module span_candidates
 contains
 
    !> Adds one candidate, always active, for each node in contact with an obstacle. Line contacts on both sides of a segment
-   !> boundary share the candidate there.
+   !> boundary share the candidate at the boundary.
    subroutine add_span_candidates(problem, division)
       type(problem_t), intent(inout) :: problem
       type(division_t), intent(in) :: division(:)    !! (rod segments) coordinates of the mesh nodes
@@ -96,8 +96,8 @@ contains
             end do
             list%rolls(c) = .not. list%follows(c)
             if (.not. list%moves(c)) list%rolls(c) = list%rolls(c) .and. runs_through(problem, list%element(:, c))
-            ! If a line contact of another obstacle is beside the node, it fixes the node's direction, and the point contact does
-            ! not roll.
+            ! A line contact of another obstacle beside the node fixes the direction of the rod there: the point contact does not
+            ! roll.
             if (list%rolls(c)) list%rolls(c) = .not. any(problem%conforms(pack(list%element(:, c), list%element(:, c) > 0)) > 0)
          end do
          list%twin = twins(list%node, problem%model%mesh%n_nodes)
@@ -108,7 +108,7 @@ contains
 
       !> Mesh node of a rod segment, given by its number along the segment, from 1.
       pure integer function node_of(rod_segment, i) result(node)
-         integer, intent(in) :: rod_segment, i
+         integer, intent(in) :: rod_segment, i !! segment; number of the node
          associate (e => problem%element_first(rod_segment) + i - 1, mesh => problem%model%mesh)
             if (e <= problem%element_last(rod_segment)) then
                node = mesh%node(1, e)
@@ -128,8 +128,8 @@ contains
       last = findloc(at <= contact_span%at(2), .true., 1, back=.true.)
    end subroutine touched_nodes
 
-   !> True for an end of a rod segment at which the rod is smooth and the contact covers both sides: the force of a point contact
-   !> may roll past such an end.
+   !> True for an end of a rod segment past which the force of a point contact may roll: the rod is smooth there and the contact
+   !> covers both sides.
    pure logical function rolls_at(problem, contact, rod_segment, side)
       type(problem_t), intent(in) :: problem         !! problem with contact spans
       integer, intent(in) :: contact, rod_segment
@@ -164,7 +164,7 @@ contains
       runs_through = runs_through .and. abs(turn) <= parallel
    end function runs_through
 
-   !> The contact spans, with their ends at the places of a state.
+   !> The contact spans, with the positions of their ends in a state.
    function present_contact_spans(problem, state) result(contact_span)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -193,7 +193,7 @@ contains
       side = 2
       e = problem%candidates%element(2, candidate)
       if (e > 0 .and. contact_span > 0) then
-         ! The node may be the boundary of two segments; the contact span is on only one of these.
+         ! The node may be the boundary of two segments, of which only one belongs to the contact span.
          if (problem%rod_segment(e) /= problem%contact_span(contact_span)%rod_segment) e = 0
       end if
       if (e == 0) then

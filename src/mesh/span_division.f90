@@ -1,5 +1,5 @@
-!> Division of rod segments into elements: each span between contacts, segment boundaries and interface points gets a number of
-!> nodes, from the numbers of the deck's elements or from a mesh density.
+!> Division of rod segments into elements. Each span between contacts, segment boundaries and interface points gets a number of
+!> elements, from the deck's elements or from a mesh density.
 module span_division
    use kinds, only: wp
    use obstacle_types, only: obstacle_line
@@ -16,27 +16,29 @@ module span_division
    private
    public :: span_nodes, sampled_division, outgrown, present_demand, lasting_demand, looking_demand
 
-   ! Least numbers of elements of a span: a free span needs a node inside.
+   ! Least numbers of elements of a span; a free span needs an inner node.
    integer, parameter :: least_free = 2, least_conforming = 2
    real(wp), parameter :: whole_number = 0.01_wp    !! tolerance for sums of parts: a sum that differs from an integer by less than
    !! this is the integer
    integer, parameter :: least_placed = 2           !! least number of elements of a span on a mesh made for a tolerance, as the
    !! error estimate requires
-   ! Numbers of elements of a mesh whose nodes detect contact: the lower bound, and the upper bound if the deck has more.
+   ! Numbers of elements of a mesh whose nodes detect contact: the lower and the upper bound, between which the deck's number is
+   ! kept.
    integer, parameter :: sampling = 64, enough = 256
    !> Length of the shortest elements over the structure's size. At this length the error of order 4 (fourth power of the length)
-   !> equals the rounding unit, and the rounding error of coordinates over the square of the length leaves half of the digits of a
+   !> equals the rounding unit; the rounding error of coordinates over the square of the length leaves half of the digits of a
    !> curvature.
    real(wp), parameter :: finest = sqrt(sqrt(epsilon(1.0_wp)))
 
 contains
 
-   !> Coordinates of the nodes along a rod segment: equal parts of each span, or parts of equal integral of the mesh density.
+   !> Coordinates of the nodes along a rod segment: each span is divided into equal parts, or into parts of equal integral of the
+   !> mesh density.
    function span_nodes(base, contact_span, cut, rod_segment, state) result(at)
       type(problem_t), intent(in) :: base
       type(contact_span_t), intent(in) :: contact_span(:)   !! sorted
       type(cut_t), intent(in) :: cut(:)              !! interface points, sorted
-      integer, intent(in) :: rod_segment
+      integer, intent(in) :: rod_segment             !! index into layout%rod_segment
       type(state_t), intent(in), optional :: state
       real(wp), allocatable :: at(:), middle(:)
       real(wp) :: from, layer(2), all, free
@@ -103,9 +105,10 @@ contains
       end function layer_at
 
       !> Adds the nodes up to the end of a span. With the deck's density all free spans of the segment together get the deck's
-      !> number of elements; a line contact gets the deck's number on its length, or a quarter of this number for a perfect
-      !> rod without foundation; the least number and the shortest length of elements are bounds. A mesh made for a tolerance
-      !> follows its density in line contacts as well, because a line contact without pressure buckles as a free span does.
+      !> number of elements. A line contact gets the deck's number on its length; on a perfect rod without foundation a quarter of
+      !> it, or on a straight obstacle the least number. The least number and the shortest length of elements are bounds. A mesh
+      !> made for a tolerance follows its density in line contacts as well: a line contact without pressure buckles like a free
+      !> span.
       subroutine divide(to, contact)
          real(wp), intent(in) :: to
          integer, intent(in) :: contact              ! index of the contact of a line contact; 0: a free span
@@ -165,14 +168,14 @@ contains
       founded = base%ground%founded(base%along(base%element_first(rod_segment)))
    end function founded
 
-   !> True for a rod segment without imperfections; in a line contact its solution is as smooth as the obstacle.
+   !> True for a rod segment without imperfections: its solution in a line contact is as smooth as the obstacle.
    pure logical function is_perfect(base, rod_segment)
       type(problem_t), intent(in) :: base
       integer, intent(in) :: rod_segment
       is_perfect = all(base%deck%curve(base%deck%mesh%curve(base%layout%rod_segment(rod_segment)%element))%imperfection == 0)
    end function is_perfect
 
-   !> True for a straight obstacle: there one element is exact for a perfect rod, whose axial force is linear.
+   !> True for a straight obstacle, on which one element is exact for a perfect rod, whose axial force is linear.
    pure logical function on_straight(base, contact)
       type(problem_t), intent(in) :: base
       integer, intent(in) :: contact
@@ -202,10 +205,10 @@ contains
          & e=problem%element_first(rod_segment), problem%element_last(rod_segment))]
    end function element_middles
 
-   !> Division with nodes close enough to detect contact before any contact span is known.
+   !> Division with nodes close enough to detect contact, for meshes before the first contact span.
    function sampled_division(base, contact_span) result(division)
       type(problem_t), intent(in) :: base            !! problem on the deck's mesh
-      type(contact_span_t), intent(in), optional :: contact_span(:) !! places at which there must be a node as well
+      type(contact_span_t), intent(in), optional :: contact_span(:) !! contact spans at whose ends there must be nodes
       type(division_t) :: division(size(base%layout%rod_segment))
       real(wp) :: length, share
       integer :: k, n, i
@@ -228,7 +231,7 @@ contains
       end if
    end function sampled_division
 
-   !> True if any span has grown so much that a new mesh would give the span more than 5/4 of its present number of elements.
+   !> True if a span has grown so much that a new mesh would give it more than 5/4 of its present number of elements.
    logical function outgrown(problem, state, cuts)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -289,7 +292,7 @@ contains
       end function coarse_beside
    end function outgrown
 
-   !> Mesh density of the present mesh: one element between neighbouring nodes at their present places.
+   !> Mesh density of the present mesh: one element between neighbouring nodes at their present positions.
    function present_demand(problem, state) result(demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -307,8 +310,8 @@ contains
       end do
    end function present_demand
 
-   !> Present mesh density, for meshes with other contact spans. A span with the least number of elements, however short, gets
-   !> little more than the density beside the span, so that no tiny elements remain after the span has closed.
+   !> Present mesh density, for meshes with other contact spans. A short span with the least number of elements gets little more
+   !> than the density beside it, so that no tiny elements remain after it has closed.
    function lasting_demand(problem, state) result(demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -332,8 +335,8 @@ contains
       end do
    end function lasting_demand
 
-   !> Mesh density for the next mesh, increased where elements are too long to detect contact, at most to the number of elements
-   !> that detects contact anywhere.
+   !> Mesh density for the next mesh, increased where elements are too long to detect contact, up to the number of elements that is
+   !> sufficient everywhere.
    function looking_demand(problem, longer) result(demand)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: longer                 !! factor by which elements are too long to detect contact

@@ -25,7 +25,7 @@ contains
    subroutine span_totals(problem, state, middle, total, moment)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: middle(2)
+      real(wp), intent(in) :: middle(2)         !! reference point of moments
       real(wp), intent(out) :: total(:, :, :)   !! (3, contacts, obstacles)
       real(wp), intent(out) :: moment(:)        !! (obstacles)
       real(wp) :: x(2), force(3), turn, push, gap, normal(2), bend
@@ -51,7 +51,7 @@ contains
             call line_force(problem, state, e, middle, force, turn)
             moment(problem%candidates%obstacle(c)) = moment(problem%candidates%obstacle(c)) + turn
          end associate
-         ! Of two pieces of a wall the first one has the node at which they meet.
+         ! At a node between two pieces of a wall the force belongs to the first piece.
          associate (sums => total(:, problem%candidates%contact(c), obstacle_of(problem%deck%contact(problem%candidates% &
             & contact(c)), problem%deck%mesh%node(:, problem%layout%rod_segment(problem%rod_segment(e))%element(1)))))
             sums = sums + force
@@ -59,8 +59,8 @@ contains
       end do
    end subroutine span_totals
 
-   !> Forces of a contact distributed to the deck's nodes, and force densities at these nodes. A force between two nodes is divided
-   !> between them by the lever rule, so that the sum is exact.
+   !> Forces of a contact distributed to the deck's nodes, and force densities at these nodes. The lever rule divides a force
+   !> between the two nodes beside it, so that the sum is exact.
    subroutine node_shares(problem, state, contact, share, density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -85,7 +85,7 @@ contains
          e = problem%candidates%element(2, c)
          if (e == 0) cycle
          if (problem%conforms(e) == 0) cycle
-         ! Integration between neighbouring nodes of the deck; an element may contain many of these nodes or none.
+         ! Integrates between neighbouring nodes of the deck; an element may contain many of these nodes or none.
          associate (tab => problem%tableau(problem%model%mesh%stages(e)), g => state%geometry%element(e), &
             & whole => problem%layout%rod_segment(problem%rod_segment(e))%at)
             start = g%s(1) + problem%origin(e)
@@ -170,9 +170,9 @@ contains
       if (.not. inside) force = breakpoint_force(problem, state, candidate)
    end function end_force
 
-   !> Force in x and y that balances the section forces on both sides of a touchdown point. In equilibrium this force is normal to
-   !> the obstacle. While the point moves along a rod with fixed nodes, the force includes the forces between the old and the new
-   !> place, so that sums of forces have the right derivatives.
+   !> Force in x and y that balances the section forces on both sides of a touchdown point. In equilibrium it is normal to the
+   !> obstacle. While the point moves along a rod with fixed nodes, it includes the forces between the old and the new position, so
+   !> that sums of forces have the right derivatives.
    function cut_force(problem, state, candidate) result(force)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -188,14 +188,14 @@ contains
       end do
    end function cut_force
 
-   !> Force of the obstacle on a conforming element in x and y, integral of its density, and moment about a place. Force and moment
-   !> follow from the end forces and loads, which are more accurate than the density, a derivative of the solution.
+   !> Force of the obstacle on a conforming element in x and y, the integral of its density, and moment about a given point. Both
+   !> follow from the end forces and loads, because the density is a derivative of the solution and less accurate.
    subroutine line_force(problem, state, e, middle, force, moment)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: middle(2)
-      real(wp), intent(out) :: force(3), moment
+      real(wp), intent(in) :: middle(2) !! reference point of the moment
+      real(wp), intent(out) :: force(3), moment !! x, y, integral of the density; anticlockwise
       real(wp) :: local(3), x(2), angle, density, ends(3, 2), place(2, 2), line(2), slope(2)
       real(wp), allocatable :: part(:)
       real(wp) :: weight

@@ -46,8 +46,8 @@ contains
       call lay_spans(base, contact_span, cut, division, problem)
    end function new_span_problem
 
-   !> Problem with the contact spans and the mesh of another problem with the same rod segments; only numerical values of the deck
-   !> differ.
+   !> Problem with the contact spans and the mesh of another problem with the same rod segments, whose deck differs in numerical
+   !> values only.
    function same_spans(base, like) result(problem)
       type(problem_t), intent(in) :: base            !! problem on any mesh
       type(problem_t), intent(in) :: like            !! problem with contact spans
@@ -73,7 +73,7 @@ contains
       end do
       contact_span = like%contact_span
       do k = 1, size(contact_span)
-         ! The end of the span is at this node, up to rounding.
+         ! The end of the span lies at a node, up to rounding.
          associate (at => division(contact_span(k)%rod_segment)%at)
             do i = 1, 2
                contact_span(k)%at(i) = at(minloc(abs(at - contact_span(k)%at(i)), 1))
@@ -103,14 +103,14 @@ contains
    !> Problem before any contact span is known, on a mesh fine enough for its nodes to detect contact.
    function new_sampled_problem(base, contact_span) result(problem)
       type(problem_t), intent(in) :: base            !! problem on the deck's mesh
-      type(contact_span_t), intent(in), optional :: contact_span(:) !! places at which there must be a node as well
+      type(contact_span_t), intent(in), optional :: contact_span(:) !! contact spans at whose ends there must be nodes
       type(problem_t) :: problem
       problem = remeshed_problem(with_spans(base, .false.), sampled_division(base, contact_span))
       problem%mesh_kind = mesh_sampled
    end function new_sampled_problem
 
-   !> Sets where along the rods contact spans are allowed, the coordinates of the segments along the chains, and the initial
-   !> overlaps, all as on the deck's mesh.
+   !> Sets the parts of the rods on which contact spans are allowed, the coordinates of the segments along the chains, and the
+   !> initial overlaps, all as on the deck's mesh.
    subroutine place_spans(deck, problem)
       type(problem_t), intent(in) :: deck            !! problem on the deck's mesh
       type(problem_t), intent(inout) :: problem      !! problem of the same deck, on any mesh
@@ -140,7 +140,7 @@ contains
       end do
    end function chain_starts
 
-   !> Copy of a problem, with the deck's contacts as contact spans or at nodes.
+   !> Copy of a problem with the deck's contacts represented by contact spans, or by contact at nodes.
    function with_spans(base, spans) result(problem)
       type(problem_t), intent(in) :: base
       logical, intent(in) :: spans

@@ -1,6 +1,6 @@
-!> Contact forces of contact spans for the results: concentrated forces at points and at ends of line contacts, and forces per
-!> stress-free length along line contacts. Each entry of the two lists has six numbers: contact, arc length along the contact's
-!> chain, place (x, y), force (x, y) on the rod.
+!> Contact forces of contact spans for the results: concentrated forces at point contacts and at ends of line contacts, and forces
+!> per stress-free length along line contacts. Each entry of the two lists has six numbers: contact, arc length along the contact's
+!> chain, position (x, y), force (x, y) on the rod.
 module span_pushes
    use kinds, only: wp
    use problem, only: problem_t
@@ -18,8 +18,8 @@ module span_pushes
 
 contains
 
-   !> Forces at point contacts and at the ends of line contacts. Nodes inside a line contact carry no concentrated force and are
-   !> left out.
+   !> Forces at point contacts and at the ends of line contacts. Nodes inside a line contact have no concentrated force and no
+   !> entry.
    function point_pushes(problem, state) result(list)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -74,7 +74,7 @@ contains
                tau = part(k - 1) + tau * (part(k) - part(k - 1))
                call conforming_forces(problem, state, e, tau, local, place, angle, density, kept)
                at = chain_coordinate(problem, state, c, 2, before) + tau * state%geometry%element(e)%length
-               ! The free side is on the left of the obstacle's track.
+               ! The free side lies to the left of the obstacle's track.
                call add(list, n, problem%candidates%contact(c), at, place, sense * density * [-sin(angle), cos(angle)])
             end do
          end do

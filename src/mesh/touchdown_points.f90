@@ -1,9 +1,9 @@
-!> Touchdown points: the places along the rod where contact begins and ends.
+!> Touchdown points: the positions along the rod where contact begins and ends.
 !>
-!> At the end of a line contact the obstacle exerts no couple, so the moment is continuous there: the difference M_f - M_l between
+!> At the end of a line contact the obstacle exerts no couple, so that the moment is continuous: the difference M_f - M_l between
 !> the moments of the free part and of the line contact changes by -(1 + e) (Q_f - Q_l) per unit of length and is zero at the
 !> touchdown point. A point contact lies at the least gap. With fixed touchdown points the equations have a symmetric tangent, which
-!> is exact along the path; between Newton iterations the points are moved to their places in the iterate.
+!> is exact along the path; between Newton iterations the touchdown points move to their positions in the iterate.
 module touchdown_points
    use kinds, only: wp
    use problem, only: problem_t, same_place, copy_problem
@@ -46,11 +46,10 @@ contains
       end do
    end subroutine misfit
 
-   !> True for a touchdown point whose position follows from continuity of the moment, false for one that follows from the least
-   !> gap. The end of a line contact, where the rod has the obstacle's direction, is of the first kind. A point contact of force T
-   !> can be located by either condition: dM = T ds for the moment M, dg' = g'' ds for the slope g' of the gap along the rod s. The
-   !> errors of the two positions have the ratio of EI g'' to T L (L: size of the structure), and the more accurate position is
-   !> used.
+   !> True for a touchdown point whose position follows from continuity of the moment, false if it follows from the least gap. The
+   !> end of a line contact, where the rod has the direction of the obstacle, is of the first kind. A point contact of force T has
+   !> both conditions: dM = T ds for the moment M, dg' = g'' ds for the slope g' of the gap along the rod s. The errors of the two
+   !> positions have the ratio of EI g'' to T L (L: size of the structure); the more accurate one is used.
    logical function told_by_moment(problem, state, c) result(told)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -94,7 +93,7 @@ contains
       if (abs(slope) > 0.0_wp) quotient = error / slope
    end function quotient
 
-   !> Copy of a problem in which some touchdown points are fixed at their present places.
+   !> Copy of a problem in which some touchdown points are fixed at their present positions.
    pure function with_held(problem, points) result(frozen)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: points(:)      !! candidates, 0: none
@@ -165,8 +164,8 @@ contains
       force = sense * (local(2, 1) - local(2, 2))
    end function point_force
 
-   !> Relative curvature of a point contact, as in excess_curvature, at the place to which the jump of the moment shifts the point,
-   !> with the rates of the neighbouring state `before`.
+   !> Relative curvature of a point contact, as in excess_curvature, at the position to which the jump of the moment moves the
+   !> point, with derivatives taken in the neighbouring state `before`.
    real(wp) function excess_ahead(problem, before, state, candidate) result(excess)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before, state
@@ -180,8 +179,8 @@ contains
          & forces(2, 1) - forces(2, 2))
    end function excess_ahead
 
-   !> Transfers the forces of continuing contacts to a problem with another contact set. The force of a point contact is part of its
-   !> rotational stiffness (touchdown_spring), so without the force the tangent would be wrong.
+   !> Transfers the forces of continuing contacts to a problem with another contact set. The rotational stiffness of a point contact
+   !> contains its force (touchdown_spring): without the force the tangent would be wrong.
    subroutine carry_forces(from, state, to, new)
       type(problem_t), intent(in) :: from, to  !! problems of the same deck
       type(state_t), intent(in) :: state       !! of `from`, in equilibrium
@@ -197,7 +196,7 @@ contains
             if (to%candidates%follows(c)) then
                new%reaction(c) = state%reaction(old)
             else if (at_breakpoint(from, old)) then
-               ! At a segment boundary loads and supports act as well.
+               ! At a segment boundary loads and supports act, too.
                new%reaction(c) = breakpoint_force(from, state, old)
             else
                new%reaction(c) = point_force(from, state, old)
@@ -206,8 +205,8 @@ contains
       end do
    end subroutine carry_forces
 
-   !> Moves the touchdown points to their places in an iterate, with the slopes of the previous iterate, at which the equations were
-   !> linearised. The nodes between the points move as well; displacements and section forces become those of the material points at
+   !> Moves the touchdown points to their positions in an iterate, from the slopes of the previous iterate, at which the equations
+   !> were linearised. The nodes between them move as well; displacements and section forces become those of the material points at
    !> the new nodes.
    subroutine move_touchdown_points(problem, before, state, travelled)
       type(problem_t), intent(in) :: problem
@@ -221,20 +220,21 @@ contains
       distance = touchdown_steps(problem, before, state)
       do m = 1, size(mark)
          if (.not. is_live(problem, state, m)) cycle
-         ! Every element may then contain the point; at convergence the others get their segments back (settle_found).
+         ! Any element may then contain the interface point; at convergence the other elements get their segments back
+         ! (settle_found).
          if (passes_touchdown(problem, state, m, distance, mark(m))) state%segment = segment_unknown
       end do
       call shift_touchdown_points(problem, state, distance, travelled, mark)
    end subroutine move_touchdown_points
 
-   !> True if an interface point would come too close to a touchdown point, or pass it: the point where a foundation's law has a
-   !> corner may move from a free span into a line contact, but a node cannot.
+   !> True if an interface point would come too close to a touchdown point or pass it. The position at which a foundation's law has
+   !> a corner may move from a free span into a line contact, but a node of the mesh cannot.
    pure logical function passes_touchdown(problem, state, m, distance, way) result(passes)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: m              !! interface point
-      real(wp), intent(in) :: distance(:)   !! (candidates) distances of the touchdown points from their places
-      real(wp), intent(in) :: way           !! distance of the interface point from its place
+      real(wp), intent(in) :: distance(:)   !! (candidates) distances of the touchdown points from their equilibrium positions
+      real(wp), intent(in) :: way           !! distance of the interface point from its equilibrium position
       real(wp) :: apart
       integer :: c
       passes = .false.
@@ -271,8 +271,8 @@ contains
       call measure_error(problem, before, c, told, error, slope)
       call measure_error(problem, state, c, told, error, now)
       if (told .and. abs(now) > abs(slope)) slope = now
-      ! If the obstacle would have to pull at the end of a line contact, the contact must recede. The other direction would lead to
-      ! a free span of zero length, a false equilibrium from which no force would lead away.
+      ! If the obstacle would have to pull at the end of a line contact, the contact must recede. The opposite direction would lead
+      ! to a free span of zero length, an equilibrium without forces that could open it again.
       if (told .and. problem%candidates%follows(c)) slope = sign(slope, track_sense(problem, state, c, node_track(problem, &
          & state, c)))
       distance = quotient(error, slope)
@@ -290,8 +290,8 @@ contains
       if (.not. told) slope = 0.0_wp
    end function touchdown_slope
 
-   !> Largest distance of a touchdown point from its place in an iterate, as part of the length of a span beside the point. No point
-   !> is moved.
+   !> Largest distance of a touchdown point from its position in an iterate, as part of the length of a span beside the point. No
+   !> point moves.
    real(wp) function touchdown_travel(problem, before, state) result(part)
       type(problem_t), intent(in) :: problem    !! without interface points
       type(state_t), intent(in) :: before, state
@@ -352,7 +352,7 @@ contains
          goes(problem%candidates%node(c)) = distance(c)
       end do
       if (.not. any(abs(goes) > 0.0_wp)) return
-      ! If the iteration has diverged, the nodes have no admissible positions.
+      ! In an iterate that diverges the nodes have no admissible positions.
       if (.not. all(abs(goes) < sqrt(huge(part)))) then
          part = huge(part)
          return
@@ -366,7 +366,7 @@ contains
             & state%geometry%element(first:first + n - 2)%s(2) + problem%origin(first:first + n - 2)]
          stop = pack([(i, i=1, n)], [(i == 1 .or. i == n .or. leads(node(i)), i=1, n)])
          if (size(stop) == 2) cycle
-         ! Two passes, one from each side: a reduction at one end of a span may require another in the next span.
+         ! Two passes, one from each side: a smaller displacement at one end of a span may require another in the next span.
          do i = 1, size(stop) - 1
             length = at(stop(i + 1)) - at(stop(i))
             closing = way(i) - way(i + 1)
@@ -378,7 +378,7 @@ contains
             first = stop(i)
             last = stop(i + 1)
             length = at(last) - at(first)
-            ! In an iterate that has diverged a span may have closed.
+            ! In an iterate that diverges a span may have zero length.
             if (.not. length > 0.0_wp) then
                part = huge(part)
                shift = 0.0_wp

@@ -15,8 +15,8 @@ module converged_state
    private
    public :: constraint_residual, contact_holds, keep_resultants, keep_couples
 
-   real(wp), parameter :: coarsest = 0.01_wp !! part of the rod's largest rotation by which the hinge at a clamp may turn; no input
-   !! deck changes from 0.001 to 0.1
+   real(wp), parameter :: coarsest = 0.01_wp !! largest rotation of the hinge at a clamp, as a part of the rod's largest
+   !! rotation; no input deck changes from 0.001 to 0.1
 
 contains
 
@@ -30,11 +30,11 @@ contains
       integer :: m
       worst = 0.0_wp
       if (any(system%fixed)) worst = maxval(abs(system%value), mask=system%fixed) / problem%size
-      ! The remaining distance of a rolling rod from its prescribed position changes no force.
+      ! The remaining distance of a freely rolling rod from its prescribed position causes no force.
       if (system%roll_at > 0) worst = max(worst, abs(system%roll_by) / problem%size)
       if (any(state%active .and. .not. system%soft .and. system%unknown == 0 .and. problem%candidates%contact_span == 0)) &
          & worst = huge(1.0_wp)
-      ! The distance of an interface point from its position affects the forces only by its square.
+      ! The distance of an interface point from its position changes the forces in the second order only.
       if (size(problem%mark) > 0) then
          do m = 1, size(problem%mark)
             call mark_spring(problem, state, m, spring, force, rate, normal)
@@ -74,7 +74,8 @@ contains
       end do
    end function contact_holds
 
-   !> Stores reactions and couples from equilibrium, element forces, and which elements a foundation pushes, at a converged state.
+   !> Stores reactions and couples from equilibrium, the element forces, and the elements on which a foundation exerts pressure, at
+   !> a converged state.
    subroutine keep_resultants(problem, system, state)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -101,7 +102,7 @@ contains
       end do
    end subroutine keep_resultants
 
-   !> Stores the couples of the obstacles on nodes that follow an obstacle's direction.
+   !> Stores the couples of the obstacles on nodes that have the direction of an obstacle's track.
    subroutine keep_couples(problem, system, state)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! assembled at the state

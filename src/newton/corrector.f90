@@ -1,4 +1,4 @@
-!> Makes one increment: predictor and Newton iterations from a converged point to the next, contact included.
+!> Makes one increment: predictor and Newton iterations from a converged point to the next, with contact at nodes by an LCP.
 module corrector
    use kinds, only: wp
    use problem, only: problem_t
@@ -19,8 +19,8 @@ module corrector
 
 contains
 
-   !> Makes the control's increment from `start`. On success `state` is the new point, and `system` is assembled and factored there;
-   !> on failure `state` is undefined and `system` factored at no point of the path.
+   !> Makes the increment of the control from `start`. On success `state` is the new point, and `system` is assembled and factored
+   !> there; on failure `state` is undefined, and the factors in `system` belong to no point of the path.
    subroutine take_increment(problem, start, control, state, system, report, keep_contact)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
@@ -28,7 +28,7 @@ contains
       type(state_t), intent(inout) :: state
       type(system_t), intent(inout) :: system    !! assembled and factored at `start` on entry
       type(increment_t), intent(out) :: report
-      logical, intent(in), optional :: keep_contact !! true: contact set of `start`, whatever the signs of gaps and reactions
+      logical, intent(in), optional :: keep_contact !! true: contact set of `start`, for any signs of gaps and reactions
       type(contact_step_t) :: step
       integer :: loop
       real(wp) :: rhs
@@ -69,13 +69,13 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: base          !! converged state, or the predictor itself
       type(control_t), intent(in) :: control     !! its tangent is set if its method needs one
-      logical, intent(in) :: keep_contact        !! contact set of `state`, whatever the signs
+      logical, intent(in) :: keep_contact        !! contact set of `state`, for any signs of gaps and reactions
       type(state_t), intent(inout) :: state
       type(system_t), intent(inout) :: system
       type(increment_t), intent(out) :: report
       logical, intent(in), optional :: far_off   !! true: touchdown points may be far from their positions
-      logical, intent(in), optional :: again     !! true: at least one iteration more from the converged state, for a predictor so
-      !! close that the residual is small before the error is
+      logical, intent(in), optional :: again     !! true: at least one iteration, even if the residual is small: the predictor
+      !! may be close but not accurate
       real(wp) :: rhs
       logical :: more
       type(state_t) :: origin

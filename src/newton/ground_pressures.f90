@@ -1,8 +1,8 @@
-!> Pressures of foundations too stiff to be computed from displacements.
+!> Pressures of foundations too stiff for pressures computed from displacements.
 !>
-!> A gap has the rounding error of the displacements, multiplied by the stiffness. Newton's equations for increments give the change
-!> of each pressure with the rounding error of the increment only. The pressure is therefore stored and updated with the state, as
-!> in mixed formulations, as long as it agrees with the gap up to rounding.
+!> A pressure computed from the gap has the rounding error of the displacements times the stiffness. Newton's equations give the
+!> change of each pressure with the rounding error of the increment only. Each pressure is therefore stored and updated with the
+!> state, as in mixed formulations, as long as it agrees with its gap up to rounding.
 module ground_pressures
    use kinds, only: wp
    use problem, only: problem_t

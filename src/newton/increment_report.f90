@@ -13,14 +13,14 @@ module increment_report
       real(wp) :: residual = 0.0_wp
       integer :: lcp_size = 0, lcp_pivots = 0    !! largest LCP, and pivots of all LCPs
       character(:), allocatable :: message     !! reason of the failure; not allocated: none
-      logical :: hopeless = .false.            !! a shorter increment fails, too: to first order it is the same problem
+      logical :: hopeless = .false.            !! a shorter increment fails, too: to first order its equations are the same
    end type increment_t
 
 contains
 
-   !> Fractional number of iterations until the corrections are small: interpolated in the logarithm of the corrections between the
-   !> last one that is not small and the next one. Newton's remainder is quadratic, so that a correction is small at the square root
-   !> of the tolerance. The largest components of a correction do not depend on the mesh.
+   !> Fractional number of iterations until the corrections are small, interpolated in the logarithm of the corrections between the
+   !> last that is not small and the next. A correction is small if it is below the square root of the tolerance, because the next
+   !> one is about its square. The largest component measures a correction, independently of the mesh.
    pure real(wp) function effort_of(corrections, small) result(effort)
       real(wp), intent(in) :: corrections(:)   !! sizes of the steps in order; huge where only the contact set changed
       real(wp), intent(in) :: small            !! size of a correction that needs no further one

@@ -60,7 +60,7 @@ module newton_iteration
       logical :: searching = .false.           !! foundation elements determine their contact themselves
       logical :: told_again = .false.          !! segments of such elements were determined again at convergence
       logical :: seeking = .false.             !! touchdown points may be far from their final positions
-      logical :: blamed = .false.              !! foundations that are too stiff are the reason of the failure
+      logical :: blamed = .false.              !! the message of the failure names foundations that are too stiff
    end type newton_t
 
    integer, parameter :: settling_grip = 20     !! factor on the allowed iterations as long as foundations change their contact; no
@@ -77,8 +77,8 @@ module newton_iteration
    !! a tenth of that error
    real(wp), parameter :: noticed = 0.1_wp  !! rounding error of forces / tolerance above which pressures are stored
    !! (ground_pressures)
-   ! Forces due to the second-order strains rotation^2/2, over the force scale, that are negligible: without such forces a step from
-   ! a stress-free start on a foundation has no scale. No input deck changes from 0.001 to 0.1.
+   ! Negligible forces due to the second-order strains rotation^2/2, over the force scale. Below this bound a step from a
+   ! stress-free start on a foundation has no scale of its own. No input deck changes from 0.001 to 0.1.
    real(wp), parameter :: negligible = 0.01_wp
 
 contains
@@ -90,7 +90,7 @@ contains
       type(control_t), intent(in) :: given     !! control of the increment, at the nodes of the start
       type(state_t), intent(inout) :: state
       type(system_t), intent(inout) :: system
-      real(wp), intent(in) :: first_rhs
+      real(wp), intent(in) :: first_rhs        !! right-hand side of the constraint in the first step
       logical, intent(in) :: frozen            !! the contact set is constant
       integer, intent(in) :: tangent_updates   !! number of first iterations that are followed by a new tangent
       type(increment_t), intent(inout) :: report
@@ -103,7 +103,7 @@ contains
       newton%tangent_updates = tangent_updates
       if (present(far_off)) newton%seeking = far_off
       rhs = first_rhs
-      ! Foundations change their contact during the iteration; the iteration limit counts from the last change.
+      ! Foundations may change their contact during the iteration; the iteration limit counts from the last change.
       do iteration = 1, settling_grip * newton%most
          newton%number = iteration
          if (iteration > min(newton%last_change, newton%last_progress + (stalled - 1) * newton%most) + newton%most) exit
@@ -138,7 +138,8 @@ contains
             newton%most = step%max_iterations
             newton%at_length = held_within(step)
          end associate
-         ! The exact arc length is irrelevant, and uncertain while nodes move along the rod; so is the exact relative curvature.
+         ! While nodes move along the rod the arc length is uncertain, and its exact value is irrelevant, like that of the relative
+         ! curvature.
          if ((problem%moves_nodes() .and. is_arc_length(given%method) .and. .not. given%whole > 0.0_wp) .or. given%flat > 0) &
             & newton%at_length = large_correction
          newton%origin = start
@@ -150,7 +151,7 @@ contains
       end subroutine begin
    end subroutine iterate
 
-   !> Adds the solved step to the state and assembles there; of a step without displacements only the contact set is taken over.
+   !> Adds the solved step to the state and assembles there. If the step only changed the contact set, it contains no displacements.
    subroutine follow_step(problem, start, given, state, system, newton, report)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
@@ -196,7 +197,7 @@ contains
             if (system%gap_noise > noticed * newton%tolerance) call advance_pressures(problem, system, step%x, step%y, from, state)
             assembled = newton%searching
             if (newton%searching) then
-               ! The work along a step refers to the equations solved, with the touchdown points before they move.
+               ! The work along a step belongs to the equations that were solved, before touchdown points move.
                call assemble(problem, state, newton%origin, system)
                if (.not. system%ok) return
                if (max(system%force_residual, system%defect_residual) > far_worse * max(newton%forces_left, far_from_balance)) &
@@ -212,8 +213,8 @@ contains
                newton%searching = any(searches(problem, state))
                if (newton%searching) call begin_search(newton)
             end if
-            ! Touchdown points that are far off move by about a tenth of a span in each iteration as long as the span is much too
-            ! long, because its moment falls with the square of its length. The iteration limit counts from the last such movement.
+            ! Touchdown points far from their positions move by about a tenth of a span in each iteration while the span is much too
+            ! long: its moment falls with the square of its length. The iteration limit counts from the last such movement.
             if (newton%seeking .and. newton%gone > far) newton%last_change = newton%number
             call follow_nodes(problem, start, given, state, newton%kept, newton%origin, newton%control)
             assembled = .false.
@@ -223,7 +224,7 @@ contains
       end subroutine take_step
    end subroutine follow_step
 
-   !> Computes the residual after the step; the iteration is abandoned above 1e8.
+   !> Computes the residual after the step. The iteration ends without success if the residual exceeds 1e8.
    subroutine measure(problem, state, system, newton, report)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -241,7 +242,7 @@ contains
    end subroutine measure
 
    !> True if residual, last correction and constraint are small enough. A residual below the tolerance that no longer falls is
-   !> small enough, even if a smaller one was requested.
+   !> accepted, even if a smaller residual was requested.
    logical function is_small(problem, state, system, newton, report) result(small)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -249,18 +250,19 @@ contains
       type(newton_t), intent(in) :: newton
       type(increment_t), intent(in) :: report
       real(wp) :: travelled
-      ! A small residual after a large correction is accidental, or due to softness: the next correction still moves the point.
+      ! A small residual after a large correction is accidental, or the structure is soft: the next correction still moves the
+      ! point.
       travelled = metric(problem, state%u - newton%origin%u, state%u - newton%origin%u)
       small = newton%correction <= (newton%large**2) * travelled .or. report%residual <= 1.0e-3_wp * newton%tolerance
-      ! In a span of almost zero length all forces are small, wherever the touchdown point is.
+      ! In a span of almost zero length all forces are small, so that they do not show the position of the touchdown point.
       small = .not. newton%step%flipped .and. (small .or. newton%number > settling_iterations) .and. newton%gone <= far .and. &
          & (report%residual <= max(newton%sharper * newton%tolerance, system%round_off) .or. (newton%number > 1 .and. &
          & report%residual <= newton%tolerance .and. report%residual > 0.1_wp * newton%last_residual))
       if (small) small = control_error(problem, newton%control, newton%origin, state) <= newton%at_length
    end function is_small
 
-   !> Completes the increment if contact agrees with its signs and foundation segments; otherwise the iteration continues with other
-   !> equations.
+   !> Completes the increment if contact satisfies its sign conditions and foundations their segments; otherwise the iteration
+   !> continues with other equations.
    subroutine finish(problem, state, system, newton, report)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(inout) :: state
@@ -271,7 +273,7 @@ contains
       logical :: settled
       call segments_hold(problem, state, settled, carried=.false.)
       if (settled .and. .not. newton%told_again .and. any(searches(problem, state))) then
-         ! Elements that determined their contact themselves may have a definite segment at the converged state.
+         ! Elements that detect their contact themselves may be in one segment of the law as a whole at the converged state.
          given_up = searches(problem, state)
          call settle_found(problem, state)
          settled = all(searches(problem, state) .eqv. given_up)
@@ -296,7 +298,8 @@ contains
          & max(sqrt(newton%tolerance) * largest_move(newton%origin, state), rounding_gap(problem)))
    end subroutine finish
 
-   !> Forgets the residuals of other equations when foundation elements begin to determine their contact themselves.
+   !> Restarts the iteration limit and the smallest residual when foundation elements begin to detect their contact: their equations
+   !> are different.
    pure subroutine begin_search(newton)
       type(newton_t), intent(inout) :: newton
       newton%last_change = newton%number
@@ -310,15 +313,15 @@ contains
       type(system_t), intent(inout) :: system
       type(newton_t), intent(inout) :: newton
       type(increment_t), intent(inout) :: report
-      ! A residual below the rounding error was accidental.
+      ! A residual below the rounding error is accidental and no reference for divergence.
       if (newton%number > 4 .and. report%residual * 1.0e-3_wp > max(newton%best, system%round_off)) then
          call give_up(problem, state, system, 'Newton diverged', newton, report)
          return
       end if
       if (report%residual < newton%best) newton%last_progress = newton%number
       newton%best = min(newton%best, report%residual)
-      ! A moving end of foundation contact changes the tangent; the old tangent is kept as long as its rate of convergence reaches
-      ! the tolerance within the allowed iterations. The first step with a tangent gives no rate yet.
+      ! A moving end of foundation contact changes the tangent. The old tangent is kept as long as the iteration, at its present
+      ! rate of convergence, reaches the tolerance within the iterations allowed. The first step with a tangent gives no rate yet.
       if (newton%searching .and. newton%same_tangent > 0) newton%refactor = newton%refactor .or. report%residual * &
          & (report%residual / newton%last_residual)**(newton%last_change + newton%most - newton%number) > newton%tolerance
       newton%same_tangent = merge(0, newton%same_tangent + 1, newton%refactor)
@@ -327,7 +330,7 @@ contains
       if (.not. system%ok) report%message = 'the tangent is singular'
    end subroutine renew_tangent
 
-   !> Ends the iteration with a message, which names too stiff foundations if they are the reason.
+   !> Ends the iteration with a message, which names foundations if their stiffness is the reason.
    subroutine give_up(problem, state, system, message, newton, report)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -372,7 +375,7 @@ contains
       if (.not. step%ok) report%message = step%message
    end subroutine solve_step
 
-   !> Adds a solved step to the state and takes over its contact set.
+   !> Adds a solved step to the state and sets its contact set.
    subroutine move(problem, system, step, state)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -383,7 +386,7 @@ contains
       state%reaction = step%reaction
    end subroutine move
 
-   !> (chain candidates) true for elements on foundations that determine their contact themselves.
+   !> (chain candidates) true for elements on foundations that detect their contact themselves.
    pure function searches(problem, state)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -1,8 +1,8 @@
 !> Shortens a Newton step that foundations make far too long.
 !>
-!> A structure that loses its last contact in an iteration has almost no stiffness, and the next step is arbitrarily long. Along
-!> that step the work of the unbalanced forces changes its sign where the foundations support the structure again; from there
-!> Newton's method converges. The search is made only if a step strongly raises the residual.
+!> A structure that loses its last contact in an iteration has almost no stiffness, so that the next step is arbitrarily long. The
+!> work of the unbalanced forces along that step changes its sign at the point where the foundations support the structure again;
+!> from that point Newton's method converges. The search is made only if a step strongly raises the residual.
 module step_search
    use kinds, only: wp
    use problem, only: problem_t
@@ -40,7 +40,7 @@ contains
          work = step_work(system, x)
          if (system%ok .and. system%defect_residual < torn) then
             if (abs(work) <= enough * abs(work_at_start)) return
-            ! The work is still negative and all elements are valid: the whole step is kept.
+            ! If the work is still negative and all elements are valid, the whole step is kept.
             if (work < 0.0_wp .and. high >= 1.0_wp) return
          else
             work = huge(1.0_wp)
@@ -52,8 +52,8 @@ contains
             low = part
             work_low = work
          end if
-         ! The point where foundations begin to push is unknown by orders of magnitude: steps to a tenth first, then secants and
-         ! bisection.
+         ! The order of magnitude of the distance to the foundation is unknown: the step is reduced to a tenth several times, then
+         ! by secants and bisection.
          if (low <= 0.0_wp .or. work_high > 1.0e10_wp * abs(work_low)) then
             part = max(0.1_wp * high, 0.5_wp * (low + high))
             if (low <= 0.0_wp) part = 0.1_wp * high
@@ -80,7 +80,7 @@ contains
    !> Work of the unbalanced forces (internal minus external) on an increment: negative while the increment reduces the energy.
    pure real(wp) function step_work(system, x) result(work)
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: x(:)
+      real(wp), intent(in) :: x(:) !! (n) increment, node axes
       work = dot_product(pack(system%residual, .not. system%fixed), pack(x, .not. system%fixed))
    end function step_work
 end module step_search

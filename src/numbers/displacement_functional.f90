@@ -1,5 +1,5 @@
 !> Monitors of displacements: their values and linearisations (functionals). A monitor refers to the material point that the deck
-!> names, wherever the nodes of a contact span are.
+!> names, even if the nodes of a contact span move.
 module displacement_functional
    use kinds, only: wp
    use model, only: quantity_displacement
@@ -95,7 +95,7 @@ contains
                & node)), [2.0_wp - i, i - 1.0_wp])
          end associate
       end do
-      ! A place on a carried obstacle that moves with its nodes and the carrier moves with the body.
+      ! If a node carries the obstacle on which the element lies, the point moves with this body.
       if (carrier > 0) by_node(:, carrier) = by_node(:, carrier) + matmul(weight, rigid_motion(pose%arm(profile_place(problem, &
          & new_profile(problem, state, e), tau))))
       du = 0.0_wp
@@ -105,7 +105,7 @@ contains
       number%defect = number%defect + dot_product(weight, rate)
    end subroutine add_place
 
-   !> Change of a displacement monitor due to an increment of displacements and load factor. With x = system%tangent and y = 1 the
+   !> Change of a displacement monitor by an increment of displacements and load factor. With x = system%tangent and y = 1 the
    !> result is the monitor's derivative along the path, by the load factor.
    real(wp) function monitor_change(problem, m, state, system, x, y) result(change)
       type(problem_t), intent(in) :: problem
@@ -119,7 +119,7 @@ contains
       change = watched%change(x, y)
    end function monitor_change
 
-   !> True for a displacement monitor that the loads leave undetermined: if a rod may roll (rolling_rods), the monitor changes over
+   !> True for a displacement monitor that the loads do not determine: if a rod may roll (rolling_rods), the monitor changes over
    !> the range of rolling by more than the tolerance of equilibrium. Force monitors do not change by rolling.
    logical function left_open(problem, m, state, system)
       type(problem_t), intent(in) :: problem

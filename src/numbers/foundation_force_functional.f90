@@ -1,7 +1,7 @@
 !> Sum of an obstacle's distributed foundation forces as a functional.
 !>
-!> The forces act inside elements, on the rod's polynomial between the nodes; errors of that polynomial change the sum in ways that
-!> the elements' end forces do not show.
+!> The forces act inside elements, on the rod's polynomial between the nodes: errors of this polynomial change the sum in addition
+!> to the errors of the elements' end forces.
 module foundation_force_functional
    use kinds, only: wp
    use problem, only: problem_t

@@ -1,4 +1,4 @@
-!> Gap between an obstacle and a place inside an element as a functional.
+!> Gap between an obstacle and a point inside an element as a functional.
 module gap_functional
    use kinds, only: wp
    use problem, only: problem_t
@@ -15,14 +15,15 @@ module gap_functional
 
 contains
 
-   !> Change of the gap: displacement of the place relative to the obstacle along the normal, less the closing of the gap.
+   !> The gap with its linearisation: displacement of the point relative to the obstacle along the normal, minus the closing of the
+   !> gap.
    type(functional_t) function new_place_gap_functional(problem, state, system, contact, e, tau, gap, normal) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled at `state`
       integer, intent(in) :: contact            !! index into model%contact
       integer, intent(in) :: e                  !! element
-      real(wp), intent(in) :: tau               !! place in the element, 0 to 1
+      real(wp), intent(in) :: tau               !! position in the element, 0 to 1
       real(wp), intent(in) :: gap, normal(2)    !! gap there, and its gradient
       real(wp) :: by_node(3, problem%model%mesh%n_nodes)
       type(pose_t) :: pose

@@ -1,5 +1,5 @@
-!> Linearisation, by finite differences, of a number that depends on a few elements only. Each unknown of their nodes is changed a
-!> little in turn, and the section forces of the elements with it. The nodes of contact spans keep their places along the rods, as
+!> Linearisation, by finite differences, of a number that depends on a few elements only. Each unknown of their nodes is changed by
+!> a small step, and the section forces of the elements with it. The nodes of contact spans keep their positions along the rods, as
 !> in the equations.
 module local_differences
    use kinds, only: wp
@@ -15,7 +15,7 @@ module local_differences
    private
    public :: local_number_t, linearised
 
-   !> A number that is a function of the state. Its kinds extend this type by the data that the number depends on.
+   !> A number that is a function of the state. Each kind of number extends this type by its own data.
    type, abstract :: local_number_t
       integer, allocatable :: element(:)         !! elements that determine the number
    contains
@@ -105,7 +105,7 @@ contains
          end do
       end subroutine displace
 
-      !> Increments of an element on a carried obstacle, as in relative_increments, by those of the present node.
+      !> Increments of an element on a carried obstacle, as in relative_increments, due to those of the present node.
       pure function relative(e, side, du) result(own)
          integer, intent(in) :: e, side          !! side of the node, 0: it carries the obstacle
          real(wp), intent(in) :: du(3)

@@ -1,5 +1,5 @@
-!> Monitors, the numbers that the deck observes: displacements, reactions of supports and springs, contact forces, sections. Their
-!> values and their linearisations (functionals).
+!> Monitors, the numbers that the deck observes: displacements, reactions of supports and springs, contact forces, and section
+!> quantities. Their values and their linearisations (functionals).
 module monitors
    use kinds, only: wp
    use model, only: quantity_displacement, quantity_contact, quantity_section
@@ -114,8 +114,8 @@ contains
    end function new_contact_functional
 
    !> Linearisation of an obstacle's forces except those on contact spans: forces at nodes, and distributed foundation forces. Only
-   !> forces on nodes that the deck names have an error estimate: all other contact begins and ends at the next node, or inside
-   !> elements.
+   !> forces on nodes that the deck names have an error estimate, because the ends of all other contact depend on the mesh or lie
+   !> inside elements.
    type(functional_t) function new_fixed_contact_functional(problem, state, system, obstacle, component) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

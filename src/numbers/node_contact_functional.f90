@@ -1,8 +1,8 @@
 !> Contact at nodes: gap and reaction of a candidate as functionals, and the sum of an obstacle's reactions at nodes.
 !>
-!> The reaction of a rigid obstacle is the unbalanced force on the unknown that it eliminates, as for a support; that of a
-!> foundation at nodes, or of an elastic stop, follows from its law, as for a spring. On coupled ground each reaction depends on all
-!> gaps. None of them has a discretisation error between nodes.
+!> The reaction of a rigid obstacle is the unbalanced force on the unknown that it eliminates, like the reaction of a support. The
+!> reaction of a foundation at nodes, or of an elastic stop, follows from its law, like the force of a spring. On coupled ground
+!> each reaction depends on all gaps. None of these reactions has a discretisation error between nodes.
 module node_contact_functional
    use kinds, only: wp
    use problem, only: problem_t
@@ -65,8 +65,8 @@ contains
       type(system_t), intent(in) :: system       !! factored
       integer, intent(in) :: candidate
       type(functional_t) :: number
-      ! Only the node's own unknowns enter, unless the ground couples the candidates: rates of all candidates cost no more than the
-      ! mesh.
+      ! Unless the ground couples the candidates, the rate depends on the unknowns of one node only: the rates of all candidates
+      ! then need a number of operations proportional to the size of the mesh.
       if (problem%coupling%entry(candidate) == 0) then
          gap_rate = gap_change(problem, system, candidate, system%tangent, 1.0_wp)
       else
@@ -92,7 +92,7 @@ contains
       end if
    end function reaction_rate
 
-   !> True if the obstacle acts on some node that belongs to no contact span.
+   !> True if the obstacle acts on a node that belongs to no contact span.
    pure logical function has_node_forces(problem, state, obstacle)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -160,8 +160,8 @@ contains
       if (component < 3) share = system%normal(component, candidate)
    end function along_component
 
-   !> Adds a multiple of an active candidate's reaction to a number of the state. Where the contact eliminates an unknown, the
-   !> reaction is the residual of that unknown's equation: it enters the component `by_force` only.
+   !> Adds a multiple of an active candidate's reaction to a functional. If the contact eliminates an unknown, the reaction is the
+   !> residual of that unknown's equation and enters `by_force` only.
    pure subroutine add_reaction(problem, state, system, candidate, factor, number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -184,7 +184,7 @@ contains
       end if
    end subroutine add_reaction
 
-   !> Adds a multiple of a candidate's gap to a number's derivatives, but not to its value.
+   !> Adds a multiple of a candidate's gap to the derivatives of a functional, but not to its value.
    pure subroutine add_gap(problem, system, candidate, factor, number)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system

@@ -1,8 +1,8 @@
 !> Positions of touchdown points along their rods as functionals.
 !>
 !> A touchdown point lies where the moment does not jump, or where a point contact has the obstacle's direction (touchdown_points).
-!> The derivatives of its position are differences of this condition, taken with the touchdown points fixed, as in the equations. A
-!> point contact at a segment boundary keeps its node; its force moves beside the node (rolling contact).
+!> The derivatives of its position are differences of this condition at fixed touchdown points, as in the equations. At a segment
+!> boundary the node of a point contact is fixed, and the force moves beside it (rolling contact).
 module place_functional
    use kinds, only: wp
    use problem, only: problem_t
@@ -21,15 +21,15 @@ module place_functional
    !> Position of a touchdown point as a number of the state.
    type, extends(local_number_t) :: touchdown_place_t
       integer :: candidate = 0
-      type(state_t) :: before                    !! state that has the touchdown point at its place
+      type(state_t) :: before                    !! state that has the touchdown point at its position
    contains
       procedure :: value => place_of_state
    end type touchdown_place_t
 
 contains
 
-   !> Candidates (nodes where contact is possible) whose contact force moves along the rod: touchdown points, whose node moves along
-   !> with them, and contacts at a segment boundary, whose node stays and whose force moves beside it (rolling contact).
+   !> Candidates whose contact force moves along the rod: touchdown points, whose nodes move with the force, and point contacts at
+   !> segment boundaries, whose nodes are fixed (rolling contact).
    pure function moving_ends(problem) result(ends)
       type(problem_t), intent(in) :: problem
       integer, allocatable :: ends(:)
@@ -52,13 +52,14 @@ contains
    function places_after(problem, before, after, ends) result(at)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before, after
-      integer, intent(in) :: ends(:)
+      integer, intent(in) :: ends(:) !! candidates, see moving_ends
       real(wp) :: at(size(ends))
       integer :: k
       at = [(place_after(problem, before, after, ends(k)), k=1, size(ends))]
    end function places_after
 
-   !> Position of one touchdown point in a state `after`: its node's position plus the step that the touchdown condition requires.
+   !> Position of one touchdown point in a state `after`: the position of its node plus the step that the touchdown condition
+   !> requires.
    real(wp) function place_after(problem, before, after, candidate) result(at)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before, after
@@ -84,8 +85,7 @@ contains
       at = place_after(problem, self%before, state, self%candidate)
    end function place_of_state
 
-   !> Linearisation of a touchdown point's position. Unbalanced moments on both sides of the end of a line contact move the point,
-   !> too.
+   !> Linearisation of a touchdown point's position. Unbalanced moments at the end of a line contact also move the point.
    function new_place_functional(problem, state, system, candidate) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -99,7 +99,7 @@ contains
       associate (beside => problem%candidates%element(:, candidate))
          place%element = pack(beside, beside > 0)
          number = linearised(problem, state, system, place)
-         ! The residual of the touchdown condition that the iteration left does not count in the error bar of the position.
+         ! The residual of the touchdown condition left by the iteration does not count in the error bar of the position.
          number%defect = 0.0_wp
          slope = touchdown_slope(problem, state, candidate)
          if (.not. abs(slope) > 0.0_wp) return
@@ -113,7 +113,7 @@ contains
    type(place_bar_t) function named_place(problem, candidate, at) result(place)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: at
+      real(wp), intent(in) :: at !! position, as in places_at
       place%contact_span = problem%contact_span(problem%candidates%contact_span(candidate))%number
       place%last = is_last(problem, candidate)
       place%at = at

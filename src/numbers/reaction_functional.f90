@@ -24,7 +24,7 @@ contains
       total = 0.0_wp
       associate (monitor => problem%deck%monitor(m))
          do i = 1, size(monitor%node)
-            ! A supported node is a segment boundary, and so a node of every mesh: a node that the mesh lacks has no reaction.
+            ! A supported node is a segment boundary, which is a node of every mesh: any other node has no reaction.
             node = problem%mesh_node(monitor%node(i))
             if (node == 0) cycle
             if (problem%model%fixed(monitor%component, node)) then
@@ -80,8 +80,8 @@ contains
       call add_held_forces(system, number)
    end function new_support_functional
 
-   !> Adds to a functional the linearisation of the forces on fixed unknowns; by_force contains the functional's derivatives by
-   !> these forces.
+   !> Adds to a functional the linearisation of the forces on fixed unknowns. `by_force` contains the derivatives of the functional
+   !> by these forces.
    pure subroutine add_held_forces(system, number)
       type(system_t), intent(in) :: system       !! assembled
       type(functional_t), intent(inout) :: number

@@ -1,7 +1,7 @@
 !> Relative curvature as a functional: curvature of the rod minus that of the obstacle at a point contact, per unit stress-free
-!> length, positive where the rod bends away. As the path constraint it leads to osculation, where the relative curvature is zero:
-!> there the contact has no rotational stiffness, and free spans beside it may be about to buckle, so that neither the load nor
-!> displacements are parameters of the path.
+!> length, positive if the rod bends away from the obstacle. As the path constraint it leads to osculation, where the relative
+!> curvature is zero. There the contact has no rotational stiffness, and free spans beside it may be about to buckle, so that
+!> neither the load nor displacements are parameters of the path.
 module relative_curvature
    use kinds, only: wp
    use problem, only: problem_t
@@ -63,7 +63,7 @@ contains
          value = excess_ahead(problem, state, at, candidate)
       end function value
 
-      !> Changes the internal unknowns of the elements beside the point in `other`, as they follow from a displacement of a node.
+      !> Changes the internal unknowns of the elements beside the point contact in `other`, according to the displacement of a node.
       subroutine answer(node, column, step)
          integer, intent(in) :: node             !! node that is displaced; 0: none
          integer, intent(in) :: column           !! component of its displacement; 7: elimination of internal residuals, 8: load

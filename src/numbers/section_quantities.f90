@@ -1,5 +1,5 @@
-!> Quantities of a cross section: section forces, strain and stress, at a place of a rod or the largest along rods. Monitors take
-!> them at material points: places of the deck's elements, wherever the nodes of the mesh are.
+!> Quantities of a cross section (section forces, strain and stress) at a point of a rod, or the largest along rods. Monitors refer
+!> to material points of the deck's elements, independent of the nodes of the mesh.
 module section_quantities
    use kinds, only: wp
    use model, only: monitor_t
@@ -23,7 +23,7 @@ module section_quantities
    ! Quantities, in the order of the deck's words.
    integer, parameter :: axial = 1, shear = 2, moment = 3, strain = 4, stress = 5
 
-   !> A quantity at a place of the mesh, as a number of the state.
+   !> A quantity at a point of the mesh, as a number of the state.
    type, extends(local_number_t) :: section_number_t
       type(section_place_t) :: place
    contains
@@ -32,9 +32,9 @@ module section_quantities
 
 contains
 
-   !> Quantity of the section at a place of an element. Forces have the signs of the results: N positive in tension, Q along the
-   !> left normal of the section. Strain and stress are those of the fibre that has the largest, as positive numbers: without heat,
-   !> and without shear.
+   !> Quantity of the section at a point of an element. Forces have the signs of the results: N positive in tension, Q along the
+   !> left normal of the section. Strain and stress, without heat and shear, are positive and those of the fibre with the largest
+   !> value.
    function section_value(problem, state, e, tau, quantity, sense) result(value)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -67,7 +67,7 @@ contains
       if (quantity == stress) value = section%young * value
    end function section_value
 
-   !> The section at a place of an element.
+   !> The section at a point of an element.
    function section_inside(problem, state, e, tau) result(section)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -92,7 +92,8 @@ contains
       section = local_section(section, sample)
    end function section_inside
 
-   !> Value of a monitor of section quantities, and where it is: at its place, or the largest magnitude along its elements.
+   !> Value of a monitor of section quantities and its position: the monitor's own point, or the largest magnitude along its
+   !> elements.
    subroutine watched_section(problem, state, monitor, value, place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -124,7 +125,7 @@ contains
 
    contains
 
-      !> Signs of the section forces at the place.
+      !> Signs of the section forces at the point.
       subroutine set_sense()
          associate (e => place%element, tau => place%tau)
             if (monitor%component > moment) then
@@ -136,8 +137,8 @@ contains
          end associate
       end subroutine set_sense
 
-      !> The quantity at a coordinate along a rod segment. At its end the element before counts, so that a place at a node is on the
-      !> side of the monitor's elements.
+      !> The quantity at a coordinate along a rod segment. At the end of the range the element before it is used, so that a point at
+      !> a node lies on the side of the monitor's elements.
       subroutine see_place(segment, coordinate)
          integer, intent(in) :: segment
          real(wp), intent(in) :: coordinate
@@ -145,7 +146,7 @@ contains
          value = section_value(problem, state, place%element, place%tau, monitor%component)
       end subroutine see_place
 
-      !> Looks for a larger value in the parts of the mesh that lie in the present element of the deck.
+      !> Searches for a larger value in the parts of the mesh that lie in the present element of the deck.
       subroutine search_element()
          type(golden_section_t) :: search
          real(wp) :: ends(2), tau, best, there, step
@@ -185,7 +186,7 @@ contains
          magnitude = abs(section_value(problem, state, e, tau, monitor%component))
       end function magnitude
 
-      !> Takes a place if its value is larger than that so far.
+      !> Keeps a point if its value is larger than all values before.
       subroutine take(e, tau, size_there)
          integer, intent(in) :: e
          real(wp), intent(in) :: tau, size_there
@@ -199,9 +200,8 @@ contains
       end subroutine take
    end subroutine watched_section
 
-   !> Largest strain of all rods, without heat and shear, and its element: at the ends of the elements and at places between them,
-   !> one less than the element has stages.
-   !> Bending counts where the deck gives the section's shape.
+   !> Largest strain of all rods, without heat and shear, and its element. The strain is evaluated at the ends of the elements and
+   !> at points between them, one less than the element has stages. Bending counts if the deck gives the shape of the section.
    subroutine largest_strain(problem, state, value, element)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -222,7 +222,8 @@ contains
       end do
    end subroutine largest_strain
 
-   !> Intervals of an element so short that a section force, a polynomial of the element's order, has at most one extreme in two.
+   !> Number of intervals of an element, so short that a section force, a polynomial of the element's order, has at most one extreme
+   !> in two of them.
    pure integer function places_in(problem, e) result(n)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: e
@@ -237,8 +238,8 @@ contains
       value = section_value(problem, state, self%place%element, self%place%tau, self%place%quantity, self%place%sense)
    end function value_there
 
-   !> Linearisation of such a monitor, without factor and offset. The place of the largest value stays: to first order its motion
-   !> does not change the value. The place itself as a number has no linearisation.
+   !> Linearisation of such a monitor, without factor and offset. The position of the largest value is fixed, because its motion
+   !> does not change the value to the first order. The position as a monitored number has no linearisation.
    function new_section_functional(problem, state, system, monitor) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -1,8 +1,8 @@
 !> Sum of an obstacle's forces on contact spans as a functional.
 !>
 !> The sum consists of forces in elements beside touchdown points and along line contacts, and of reactions at segment boundaries.
-!> The pressure along a line contact cancels except for the section forces at both ends of the line: only these element end forces
-!> enter the sum, and the polynomials between nodes do not.
+!> Along a line contact the pressure is balanced by the section forces at both ends of the line: only these element end forces enter
+!> the sum, not the polynomials between nodes.
 module span_force_functional
    use kinds, only: wp
    use problem, only: problem_t
@@ -40,8 +40,8 @@ contains
       total = sum(pushed(component, :, obstacle))
    end function span_force_sum
 
-   !> Derivative of span_force_sum along the path, by the load factor, as one difference along the path tangent. The derivatives of
-   !> the functional by single unknowns are differences, too; those of stiff rods may be 10,000 times the rate, and their errors as
+   !> Derivative of span_force_sum along the path, by the load factor, as one difference along the path tangent. The functional's
+   !> derivatives by single unknowns are differences, too; for stiff rods they may be 10,000 times the rate, and their errors as
    !> large as the rate.
    real(wp) function span_force_rate(problem, state, system, obstacle, component) result(rate)
       type(problem_t), intent(in) :: problem
@@ -123,8 +123,8 @@ contains
       element = pack([(e, e=1, size(beside))], beside)
    end function elements_beside
 
-   !> Contribution of an element's end forces to the sum, with fixed unknowns. All section forces cancel except those of free
-   !> elements beside touchdown points, and those of conforming elements at the other ends of their line contact.
+   !> Contribution of an element's end forces to the sum, with fixed unknowns. Only the end forces of free elements beside touchdown
+   !> points remain, and those of conforming elements at the other ends of their line contact; all other section forces cancel.
    subroutine set_own_part(problem, state, system, forces, e, number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -134,7 +134,7 @@ contains
       type(functional_t), intent(inout) :: number
       integer :: i, c
       associate (list => problem%candidates, own => number%by_element(:, e))
-         ! The unbalanced forces on a conforming element's own nodes are not those of by_force.
+         ! The unbalanced forces of a conforming element on its own nodes differ from `by_force`.
          if (problem%conforms(e) > 0) own = -element_unknowns(problem, system, number%by_force, e)
          do c = 1, list%n
             if (.not. counts(problem, forces%obstacle, c)) cycle
@@ -149,8 +149,8 @@ contains
       end associate
    end subroutine set_own_part
 
-   !> Displacement of a contact node whose work with a force on the node is the contribution of this force to the sum. In node axes;
-   !> the rotation of the node is zero.
+   !> Displacement of a contact node, in node axes, whose work with a force on the node is the contribution of this force to the
+   !> sum. It contains no rotation.
    function shift(problem, state, system, component, c) result(along)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -163,7 +163,7 @@ contains
          if (component < 3) then
             along(component) = 1.0_wp
          else
-            ! Along a line contact the sum of the normal forces does not follow from the section forces at the ends of the line.
+            ! For a line contact the sum of the normal forces does not follow from the section forces at the ends of the line.
             if (.not. problem%candidates%moves(c)) return
             call candidate_gap(problem, state, c, gap, normal, bend)
             along(1:2) = normal

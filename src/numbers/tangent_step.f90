@@ -15,7 +15,7 @@ module tangent_step
 
 contains
 
-   !> The state at a point of the path, and the state after a small increment of the load factor along the tangent.
+   !> The state at a point of the path, and the state after a small increment of the load factor along the path tangent.
    subroutine states_along(problem, system, state, load, here, ahead, step, size_step)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! factored at the state
@@ -28,7 +28,7 @@ contains
       step = little
       if (present(size_step)) step = size_step
       step = sign(small_load(problem, system, state%load_factor, step), load)
-      ! On a new mesh the state is in equilibrium only after one more iteration; both states get this iteration.
+      ! On a new mesh the state is in equilibrium only after a further iteration; both states contain this iteration.
       here = state
       ahead = state
       call apply_increment(problem, system, 0.0_wp * system%tangent, 0.0_wp, here)

@@ -20,7 +20,7 @@ contains
 
    !> A bracket with the function's values at both ends.
    pure type(bracket_t) function new_bracket(f_low, f_high, low, high) result(bracket)
-      real(wp), intent(in) :: f_low, f_high
+      real(wp), intent(in) :: f_low, f_high       !! values at the ends, of opposite sign
       real(wp), intent(in), optional :: low, high !! ends, low < high; absent: 0, 1
       if (present(low)) bracket%low = low
       if (present(high)) bracket%high = high
@@ -29,11 +29,11 @@ contains
       bracket%scale = max(abs(f_low), abs(f_high))
    end function new_bracket
 
-   !> True if the function must be evaluated at a further place, `at`; false if the bracket is narrower than `narrow`.
+   !> True if the function must be evaluated at a further point `at`; false if the bracket is narrower than `narrow`.
    logical function next_guess(bracket, narrow, at)
       type(bracket_t), intent(in) :: bracket
       real(wp), intent(in) :: narrow             !! width at which the search ends
-      real(wp), intent(out) :: at
+      real(wp), intent(out) :: at                !! next argument
       at = bracket_guess(bracket)
       next_guess = bracket%high - bracket%low > narrow
    end function next_guess
@@ -69,7 +69,7 @@ contains
    !> Replaces an end of the bracket by a new point.
    subroutine take_value(bracket, at, f, low_moved)
       type(bracket_t), intent(inout) :: bracket
-      real(wp), intent(in) :: at, f
+      real(wp), intent(in) :: at, f               !! new point and its value
       logical, intent(out), optional :: low_moved !! true: the low end was replaced
       logical :: low
       low = f * bracket%f_low > 0.0_wp

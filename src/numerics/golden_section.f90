@@ -13,8 +13,8 @@ module golden_section
 
    real(wp), parameter :: golden = 0.5_wp * (sqrt(5.0_wp) - 1.0_wp)
 
-   !> Number of sections until the interval is the square root of the rounding unit, the accuracy with which values determine a
-   !> minimum.
+   !> Number of sections that reduce the interval to the square root of the rounding unit, the accuracy to which function values
+   !> determine a minimum.
    integer, parameter :: sections_to_rounding = ceiling(log(epsilon(golden)) / (2.0_wp * log(golden)))
 
    !> State of a golden-section search.
@@ -42,7 +42,7 @@ contains
       search%sections = sections
    end subroutine begin
 
-   !> True while another function value is needed; `place` is where, or the minimum at the end of the search.
+   !> True while another function value is needed, at `place`; at the end of the search `place` is the position of the minimum.
    logical function asks(search, place)
       class(golden_section_t), intent(in) :: search
       real(wp), intent(out) :: place

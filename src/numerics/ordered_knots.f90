@@ -7,11 +7,11 @@ module ordered_knots
 
 contains
 
-   !> Index of the piece between neighbouring knots that contains a place: at a knot the piece that begins there, beyond the ends
-   !> the piece at the end.
+   !> Index of the piece between neighbouring knots that contains a number. A knot belongs to the piece that begins at it; numbers
+   !> beyond the ends belong to the first or last piece.
    pure integer function piece_at(knot, place) result(piece)
       real(wp), intent(in) :: knot(:)         !! not decreasing, 2 or more
-      real(wp), intent(in) :: place
+      real(wp), intent(in) :: place           !! number to find
       integer :: right, middle
       piece = 1
       right = size(knot)

@@ -51,7 +51,7 @@ contains
       end do
       n = 2 * maxval(place)
       call dgbtrf(n, n, band, band, matrix, size(matrix, 1), pivot, info)
-      ! info is not tested: the spline is unique, so no pivot is zero.
+      ! info is not tested: the spline is unique, so that no pivot is zero.
       call dgbtrs('N', n, band, band, size(right, 2), matrix, size(matrix, 1), pivot, right, size(right, 1), info)
       slope = right(2 * place - 1, :)
       bend = right(2 * place, :)
@@ -106,7 +106,7 @@ contains
       real(wp), intent(in) :: knot(:)            !! knots, increasing, 2 or more
       real(wp), intent(in) :: value(:)           !! values at the knots
       real(wp), intent(in) :: slope(:), bend(:)  !! derivatives at the knots, from spline_derivatives
-      real(wp), intent(in) :: s                  !! place at which the spline is evaluated
+      real(wp), intent(in) :: s                  !! argument at which the spline is evaluated
       real(wp), intent(out) :: w, dw, ddw, dddw  !! value and first three derivatives
       real(wp) :: h, t, c(6)
       integer :: left, right
@@ -123,7 +123,7 @@ contains
    end subroutine spline_value
 
    !> Coefficients of the quintic on 0 to 1 by powers of its parameter. `data`: value, slope and second derivative at the first end,
-   !> slope and second derivative at the last end, last value less first value.
+   !> slope and second derivative at the last end, last value minus first value.
    pure function hermite_coefficients(data) result(c)
       real(wp), intent(in) :: data(6)
       real(wp) :: c(6)
@@ -137,7 +137,7 @@ contains
       end associate
    end function hermite_coefficients
 
-   !> Third or fourth derivative of a quintic by its parameter, at a place `at`.
+   !> Third or fourth derivative of a quintic by its parameter, at its value `at`.
    pure real(wp) function derivative(c, order, at)
       real(wp), intent(in) :: c(6)
       integer, intent(in) :: order            !! 3 or 4

@@ -1,5 +1,6 @@
-!> Obstacles that are pieces of one wall: one begins where the other one ends, in the same direction, or both are the same straight
-!> line. Their surfaces as one curve: a rod that passes the joint then leaves no surface and meets none.
+!> Obstacles that are pieces of one wall: the second begins at the end of the first, in the same direction, or both are the same
+!> straight line. Their surfaces are joined to one curve, so that a rod that passes the joint neither leaves a surface nor meets
+!> one.
 module joined_obstacles
    use kinds, only: wp
    use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle
@@ -11,7 +12,7 @@ module joined_obstacles
 contains
 
    !> Replaces the surfaces of two obstacles by that of the wall to which both belong. A straight line that touches the end of a
-   !> curve goes on as the curve's own continuation.
+   !> curve counts as the curve's straight continuation.
    pure subroutine join_obstacles(one, other, size, joined)
       type(obstacle_t), intent(inout) :: one, other
       real(wp), intent(in) :: size          !! length by which gaps between ends are measured
@@ -43,12 +44,12 @@ contains
       other = with_surface(other, wall)
    end subroutine join_obstacles
 
-   !> An obstacle with the surface of a wall. It keeps its shape's own data, which the output tells.
+   !> An obstacle with the surface of a wall. It keeps the data of its own shape, which the results contain.
    pure type(obstacle_t) function with_surface(obstacle, wall) result(new)
       type(obstacle_t), intent(in) :: obstacle, wall
       new = obstacle
       if (wall%kind == obstacle_line) then
-         ! Lengths along both lines count from one origin.
+         ! Lengths along both lines count from the same origin.
          new%point = wall%point
          return
       end if
@@ -59,7 +60,7 @@ contains
       new%curve = wall%curve
    end function with_surface
 
-   !> True if the second curve begins where the first one ends.
+   !> True if the second curve begins at the end of the first.
    pure logical function follows(first, second, size)
       type(obstacle_t), intent(in) :: first, second
       real(wp), intent(in) :: size
@@ -85,7 +86,7 @@ contains
       on_line = meet(line%point(:, 1) + dot_product(point - line%point(:, 1), d) * d, d, point, direction / norm2(direction), size)
    end function on_line
 
-   !> True if two points and their unit directions are the same but for the rounding of decimal numbers in a deck.
+   !> True if two points and their unit directions are equal up to the rounding of decimal numbers in a deck.
    pure logical function meet(point, tangent, other_point, other_tangent, size)
       real(wp), intent(in) :: point(2), tangent(2), other_point(2), other_tangent(2)
       real(wp), intent(in) :: size

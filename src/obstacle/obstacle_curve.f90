@@ -2,8 +2,8 @@
 !> both ends, or closed.
 !>
 !> The nearest point is found with a tree of circles around the pieces. Only pieces that may contain the nearest point are examined,
-!> so the cost grows with the logarithm of the number of pieces, and no search depends on a previous one. A quintic piece turns by
-!> so little that its nearest point is unique; Newton's method, kept inside a bracket, finds this point.
+!> so that the cost grows with the logarithm of the number of pieces, and searches are independent of each other. A quintic piece
+!> turns by so little that its nearest point is unique; Newton's method within a bracket finds it.
 module obstacle_curve
    use kinds, only: wp
    use gauss_tableau, only: gauss_points
@@ -38,7 +38,7 @@ module obstacle_curve
       real(wp), allocatable :: ball(:, :) !! (3, 2 leaves - 1) centre and radius of a circle around node k, whose children are 2 k
       !! and 2 k + 1; radius < 0: empty
       real(wp) :: point(2, 2) = 0.0_wp  !! both ends of the curve
-      real(wp) :: tangent(2, 2) = 0.0_wp !! unit tangents at the ends, in the sense of the curve
+      real(wp) :: tangent(2, 2) = 0.0_wp !! unit tangents at the ends, in the direction of the curve
       real(wp), allocatable :: start(:) !! (pieces + 1) arc length at the first point of each piece, and at the end
       real(wp), allocatable :: turned(:) !! (pieces + 1) [rad] turn of the curve to the left up to the same points
       logical, allocatable :: jumps(:)  !! (0:pieces) true: the curvature jumps at the end of piece i
@@ -81,7 +81,7 @@ contains
       type(piece_t), allocatable :: pieces(:)
       real(wp) :: leg(2, 5), d(2, 0:5), h, turn
       integer :: i, k, n
-      ! The curve turns by no more than the sides of its control polygon.
+      ! The curve turns by at most as much as the sides of its control polygon.
       leg = legs(c)
       turn = sum([(abs(angle_between(leg(:, k), leg(:, k + 1))), k=1, 4)])
       n = 2 + int(turn / (0.5_wp * piece_turn))
@@ -130,13 +130,13 @@ contains
    !> Value and first two derivatives of a polynomial; faster than polynomial_at.
    pure subroutine first_derivatives(c, t, x, d, dd)
       real(wp), intent(in) :: c(2, 6), t
-      real(wp), intent(out) :: x(2), d(2), dd(2)
+      real(wp), intent(out) :: x(2), d(2), dd(2) !! position and derivatives by t
       x = c(:, 1) + t * (c(:, 2) + t * (c(:, 3) + t * (c(:, 4) + t * (c(:, 5) + t * c(:, 6)))))
       d = c(:, 2) + t * (2 * c(:, 3) + t * (3 * c(:, 4) + t * (4 * c(:, 5) + t * 5 * c(:, 6))))
       dd = 2 * c(:, 3) + t * (6 * c(:, 4) + t * (12 * c(:, 5) + t * 20 * c(:, 6)))
    end subroutine first_derivatives
 
-   !> Curve of pieces, each of which begins at the end of the previous one, with the same tangent.
+   !> Curve of pieces, each of which begins at the end of the previous piece, with the same tangent.
    pure function join_pieces(pieces, closed) result(curve)
       type(piece_t), intent(in) :: pieces(:)
       logical, intent(in) :: closed     !! true: the last piece ends where the first one begins, with the same tangent
@@ -172,7 +172,7 @@ contains
       end do
    end function join_pieces
 
-   !> True if the curvature jumps between piece i and the next one. Pieces 0 and size + 1 are the straight continuations; of a
+   !> True if the curvature jumps between piece i and the next one. Pieces 0 and size + 1 are the straight continuations; on a
    !> closed curve they are its last and its first piece.
    pure logical function curvature_jumps(curve, i) result(jumps)
       type(obstacle_curve_t), intent(in) :: curve
@@ -200,7 +200,7 @@ contains
    !> Nearest point to x on the curve and its straight continuations.
    pure type(foot_t) function nearest_point(curve, x) result(foot)
       type(obstacle_curve_t), intent(in) :: curve
-      real(wp), intent(in) :: x(2)
+      real(wp), intent(in) :: x(2) !! point in the plane
       real(wp) :: best, along, least(2), waiting(2 * bit_size(1))
       integer :: stack(2 * bit_size(1)), top, k, near, i
       type(foot_t) :: candidate
@@ -228,7 +228,7 @@ contains
             call keep_nearer(x, candidate, foot, best)
             cycle
          end if
-         ! The nearer child is examined first: its result often excludes the other one.
+         ! The nearer child is examined first, because its result often excludes the other.
          least = [least_square(2 * k), least_square(2 * k + 1)]
          near = merge(1, 2, least(1) <= least(2))
          stack(top + 1:top + 2) = 2 * k - 1 + [3 - near, near]
@@ -334,8 +334,8 @@ contains
    !> Turn [rad] of piece i to the left from its first point to parameter t.
    pure real(wp) function turned_angle(curve, i, t) result(angle)
       type(obstacle_curve_t), intent(in) :: curve
-      integer, intent(in) :: i
-      real(wp), intent(in) :: t
+      integer, intent(in) :: i !! piece
+      real(wp), intent(in) :: t !! parameter, 0 to 1
       real(wp) :: x(2), d(2), dd(2)
       angle = 0.0_wp
       associate (piece => curve%piece(i))
@@ -441,7 +441,7 @@ contains
       end do
    end function curve_samples
 
-   !> Samples with their directions.
+   !> Samples of a curve, with their directions.
    pure function feet(curve) result(foot)
       type(obstacle_curve_t), intent(in) :: curve
       type(foot_t), allocatable :: foot(:)
@@ -474,7 +474,7 @@ contains
    !> Largest turn [rad] of the curve to the right, against the structure, within a given length.
    pure real(wp) function sharpest_turn(curve, length) result(sharpest)
       type(obstacle_curve_t), intent(in) :: curve
-      real(wp), intent(in) :: length
+      real(wp), intent(in) :: length !! along the curve
       type(foot_t), allocatable :: foot(:)
       real(wp), allocatable :: s(:), turn(:)  ! from the first sample on
       integer, allocatable :: least(:)        ! candidates for the least turn within the length, in order

@@ -12,8 +12,8 @@ contains
    !> Signed distance to the obstacle, > 0 on the free side; hessian = bend * (tangent tangent^T).
    pure subroutine obstacle_gap(obstacle, x, gap, normal, bend)
       type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: x(2)
-      real(wp), intent(out) :: gap
+      real(wp), intent(in) :: x(2) !! point in the obstacle's own axes
+      real(wp), intent(out) :: gap !! [length]
       real(wp), intent(out) :: normal(2)   !! unit gradient, towards the free side
       real(wp), intent(out) :: bend        !! curvature of the gap function along the tangent
       type(foot_t) :: foot
@@ -43,11 +43,11 @@ contains
             bend = -bend
          end if
       case default
-         ! The normal is taken from the curve: the direction from the nearest point to x is undetermined for a small gap.
+         ! The normal is that of the curve: for a small gap the direction from the nearest point to x is undetermined.
          foot = nearest_point(obstacle%curve, x)
          normal = [-foot%tangent(2), foot%tangent(1)]
          gap = dot_product(x - foot%point, normal)
-         ! At a gap equal to the radius of curvature the nearest point is not unique; the curvature is set to zero there.
+         ! At a gap equal to the radius of curvature the nearest point is not unique; the curvature is set to zero.
          r = 1.0_wp - foot%curvature * gap
          bend = 0.0_wp
          if (r > epsilon(r)) bend = -foot%curvature / r
@@ -55,10 +55,10 @@ contains
    end subroutine obstacle_gap
 
    !> Change of a point's gap by a motion, with normal and curvature after the motion. For lines and circles the change has the
-   !> rounding error of the motion, not that of positions, which a stiff foundation would multiply.
+   !> rounding error of the motion, not of the positions: a stiff foundation would multiply the latter.
    pure subroutine moved_gap(obstacle, home, motion, at_home, change, normal, bend)
       type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: home(2), motion(2)
+      real(wp), intent(in) :: home(2), motion(2) !! position before, and displacement
       real(wp), intent(out) :: at_home     !! gap before the motion
       real(wp), intent(out) :: change      !! change of the gap
       real(wp), intent(out) :: normal(2), bend !! as in obstacle_gap
@@ -88,7 +88,7 @@ contains
    !> Direction of a point from the centre, in degrees from the reference direction, in (-180, 180].
    pure real(wp) function contact_angle(obstacle, x) result(angle)
       type(obstacle_t), intent(in) :: obstacle !! has_angle is true
-      real(wp), intent(in) :: x(2)
+      real(wp), intent(in) :: x(2)             !! position in the obstacle's own axes
       real(wp) :: d(2), c, s
       d = x - obstacle%centre
       c = cos(obstacle%reference_angle)
@@ -99,7 +99,7 @@ contains
    !> True if the contact angle increases along a rod through point x in direction `tangent`.
    pure logical function turns_forward(obstacle, x, tangent)
       type(obstacle_t), intent(in) :: obstacle !! has_angle is true
-      real(wp), intent(in) :: x(2), tangent(2)
+      real(wp), intent(in) :: x(2), tangent(2) !! position; unit direction of the rod
       real(wp) :: d(2)
       d = x - obstacle%centre
       turns_forward = d(1) * tangent(2) - d(2) * tangent(1) > 0.0_wp
@@ -109,10 +109,10 @@ contains
    !> over radius, forward or backward.
    pure subroutine unwrap_angle(obstacle, length, forward, start, end)
       type(obstacle_t), intent(in) :: obstacle !! has_angle is true
-      real(wp), intent(in) :: length
-      logical, intent(in) :: forward
-      real(wp), intent(in) :: start
-      real(wp), intent(inout) :: end
+      real(wp), intent(in) :: length           !! stress-free length of the region
+      logical, intent(in) :: forward           !! true: the angle increases
+      real(wp), intent(in) :: start            !! [degrees] at the start
+      real(wp), intent(inout) :: end           !! [degrees] in: in (-180, 180]
       real(wp) :: span
       span = length / obstacle%radius / degree
       if (.not. forward) span = -span
@@ -123,11 +123,11 @@ contains
    pure real(wp) function contact_curvature(obstacle, x, tangent) result(curvature)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: x(2)         !! on the surface, or on a curve at constant distance from it
-      real(wp), intent(in) :: tangent(2)
+      real(wp), intent(in) :: tangent(2)   !! unit direction of the rod
       real(wp) :: gap, normal(2), bend
       call obstacle_gap(obstacle, x, gap, normal, bend)
       curvature = -bend
-      ! The free side is on the left of (n_y, -n_x).
+      ! The free side lies to the left of (n_y, -n_x).
       if (normal(2) * tangent(1) - normal(1) * tangent(2) < 0.0_wp) curvature = bend
    end function contact_curvature
 end module obstacle_geometry

@@ -1,7 +1,8 @@
-!> Where an obstacle is: a rigid body that has been displaced and has turned about a pivot.
+!> Position of an obstacle: a rigid body that is displaced and rotated about a pivot.
 !>
-!> A place X of the body, in the axes in which the deck gives its shape, is at x = c + d + R (X - c): c the pivot, d its
-!> displacement, R the rotation. Gaps, curvatures and lengths along the track are those in the body's axes; directions turn with R.
+!> A point X of the body, in the axes in which the deck gives its shape, is at x = c + d + R (X - c), with the pivot c, its
+!> displacement d and the rotation R. Gaps, curvatures and lengths along the track are those in the body's axes; directions rotate
+!> with R.
 module obstacle_pose
    use kinds, only: wp
    use obstacle_track, only: track_t
@@ -11,7 +12,7 @@ module obstacle_pose
 
    type :: pose_t
       real(wp) :: shift(2) = 0.0_wp         !! displacement of the pivot
-      real(wp) :: pivot(2) = 0.0_wp         !! its place before
+      real(wp) :: pivot(2) = 0.0_wp         !! position of the pivot before the displacement
       real(wp) :: turn = 0.0_wp             !! rotation, counterclockwise [rad]
    contains
       procedure :: own_place, own_motion, own_direction, direction, place, placed, arm
@@ -19,7 +20,7 @@ module obstacle_pose
 
 contains
 
-   !> Place in the body's axes of a place in space.
+   !> Position in the body's axes of a point in space.
    pure function own_place(self, x) result(own)
       class(pose_t), intent(in) :: self
       real(wp), intent(in) :: x(2)
@@ -28,7 +29,7 @@ contains
       own = own + turned_less(-self%turn, own - self%pivot)
    end function own_place
 
-   !> Way from a place, seen from the body: own_place(home + motion) - home, without the rounding of places.
+   !> Displacement of a point relative to the body, own_place(home + motion) - home, without the rounding of positions.
    pure function own_motion(self, home, motion) result(own)
       class(pose_t), intent(in) :: self
       real(wp), intent(in) :: home(2), motion(2)
@@ -53,7 +54,7 @@ contains
       v = own + turned_less(self%turn, own)
    end function direction
 
-   !> Place in space of a place in the body's axes.
+   !> Position in space of a point in the body's axes.
    pure function place(self, own) result(x)
       class(pose_t), intent(in) :: self
       real(wp), intent(in) :: own(2)
@@ -70,7 +71,7 @@ contains
       track%tangent = self%direction(own%tangent)
    end function placed
 
-   !> Vector from the pivot to a place in space.
+   !> Vector from the pivot to a point in space.
    pure function arm(self, x)
       class(pose_t), intent(in) :: self
       real(wp), intent(in) :: x(2)
@@ -78,17 +79,17 @@ contains
       arm = x - self%shift - self%pivot
    end function arm
 
-   !> Motion of a body at a place (rows) by the displacements and the rotation of its pivot.
+   !> Motion of a body at a point (rows) by the displacements and the rotation of its pivot (columns).
    pure function rigid_motion(arm) result(motion)
-      real(wp), intent(in) :: arm(2)           !! from the pivot to the place
+      real(wp), intent(in) :: arm(2)           !! from the pivot to the point
       real(wp) :: motion(3, 3)
       motion = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, -arm(2), arm(1), 1.0_wp], [3, 3])
    end function rigid_motion
 
-   !> A force at a place as force and moment about the pivot.
+   !> A force at a point, as force and moment about the pivot.
    pure function about_pivot(arm, force) result(both)
-      real(wp), intent(in) :: arm(2)           !! from the pivot to the place
-      real(wp), intent(in) :: force(2)
+      real(wp), intent(in) :: arm(2)           !! from the pivot to the point
+      real(wp), intent(in) :: force(2)         !! force at the point
       real(wp) :: both(3)
       both = [force, arm(1) * force(2) - arm(2) * force(1)]
    end function about_pivot

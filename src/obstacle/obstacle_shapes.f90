@@ -1,4 +1,5 @@
-!> Curves of obstacles as decks describe them: arcs, polylines with rounded corners, closed ones of arcs alone among them, splines.
+!> Curves of obstacles as decks describe them: arcs, polylines with rounded corners, including closed ones of arcs only, and
+!> splines.
 module obstacle_shapes
    use kinds, only: wp, pi
    use quintic_spline, only: spline_derivatives, hermite_coefficients, ends_straight, ends_meet
@@ -21,9 +22,9 @@ contains
       curve = join_pieces([arc_piece(centre, radius, start_angle, end_angle - start_angle)], closed=.false.)
    end function arc_curve
 
-   !> Points of an ellipse, the last one the first one again, so many that the closed spline through them deviates by rounding only.
+   !> Points of an ellipse, the last equal to the first, so many that the closed spline through them deviates by rounding only.
    pure function ellipse_points(centre, half, turn, anticlockwise) result(point)
-      real(wp), intent(in) :: centre(2)
+      real(wp), intent(in) :: centre(2)       !! centre of the ellipse
       real(wp), intent(in) :: half(2)         !! half axes, positive
       real(wp), intent(in) :: turn            !! [rad] direction of the first axis
       logical, intent(in) :: anticlockwise    !! true: inside is on the left
@@ -42,10 +43,10 @@ contains
       point(:, n + 1) = point(:, 1)
    end function ellipse_points
 
-   !> Points of a polyline with two more at either end, if it is closed, so that each of its points has a turn.
+   !> Points of a polyline. If it is closed, two more points are added at each end, so that each of its own points has a turn.
    pure function round_and_round(point, closed) result(all_points)
       real(wp), intent(in) :: point(:, :)     !! (2, points)
-      logical, intent(in) :: closed
+      logical, intent(in) :: closed           !! true: the last point is the first one
       real(wp), allocatable :: all_points(:, :)
       integer :: n
       n = size(point, 2)
@@ -94,8 +95,8 @@ contains
       end subroutine add_straight
    end function polyline_curve
 
-   !> Quintic spline through distinct points, parameter by chord length. The pressure of a rod along the curve, which contains EI
-   !> times the second derivative of the curvature, is continuous.
+   !> Quintic spline through distinct points, with the chord length as parameter. The pressure of a rod along the curve contains EI
+   !> times the second derivative of the curvature and is continuous.
    function spline_curve(point, closed) result(curve)
       real(wp), intent(in) :: point(:, :)     !! (2, 2 or more); of a closed spline 4 or more, the last one is the first one
       logical, intent(in), optional :: closed !! true: periodic (default false)
@@ -134,8 +135,9 @@ contains
       curve = join_pieces(piece(:pieces), meets)
    end function spline_curve
 
-   !> Points of a curve continued by mirror images beyond ends with a given direction: the mirror lies across it. Beyond one end
-   !> there is one image; beyond both there are as many as close the curve, and the last point is the first one again.
+   !> Points of a curve continued by mirror images beyond those ends whose direction is given; the mirror is normal to the curve
+   !> there. Beyond one end there is one image; with mirrors at both ends there are as many images as close the curve, and the last
+   !> point is equal to the first.
    function mirrored(point, at, direction, closed) result(all_points)
       real(wp), intent(in) :: point(:, :)     !! (2, 2 or more)
       logical, intent(in) :: at(2)            !! true: a mirror at the first, at the last point
@@ -159,7 +161,7 @@ contains
          arm = all_points(:, n - 1:n - m + 1:-1) - spread(all_points(:, n), 2, m - 1)
          arm = arm - 2.0_wp * spread(t, 2, m - 1) * spread(matmul(t, arm), 1, 2)
          all_points = reshape([all_points, spread(all_points(:, n), 2, m - 1) + arm], [2, n + m - 1])
-         ! The image ends as its original began, seen in the mirror and in the other sense.
+         ! The image ends in the mirrored and reversed direction of the beginning of its original.
          angle = [angle(2), 2.0_wp * angle(2) - angle(1)]
          n = size(all_points, 2)
          closed = all(at) .and. norm2(all_points(:, n) - point(:, 1)) <= same * norm2(all_points(:, n) - all_points(:, n / 2)) &
@@ -180,7 +182,7 @@ contains
       turn = atan2(a(1) * b(2) - a(2) * b(1), dot_product(a, b))
    end function corner_turn
 
-   !> Number of the first point whose corner does not fit with that before on the segment between them; 0: all do.
+   !> Number of the first point whose corner does not fit together with the previous corner on the segment between them; 0: all fit.
    pure integer function misfit(point, radius)
       real(wp), intent(in) :: point(:, :)     !! of round_and_round
       real(wp), intent(in) :: radius(:)       !! of the corner at each point
@@ -191,7 +193,7 @@ contains
       misfit = 0
    end function misfit
 
-   !> Largest radius with which all corners of a polyline fit on its segments; huge without corners.
+   !> Largest radius for which all corners of a polyline fit on its segments; huge without corners.
    pure real(wp) function widest_corner_radius(point) result(radius)
       real(wp), intent(in) :: point(:, :)
       real(wp) :: need
@@ -203,7 +205,7 @@ contains
       end do
    end function widest_corner_radius
 
-   !> Largest radius with which no corner takes more than a tenth of a segment beside it; 0 without corners.
+   !> Largest radius for which no corner takes more than a tenth of a segment beside it; 0 without corners.
    pure real(wp) function default_corner_radius(point) result(radius)
       real(wp), intent(in) :: point(:, :)
       real(wp) :: need
@@ -216,7 +218,7 @@ contains
       if (radius >= huge(radius)) radius = 0.0_wp
    end function default_corner_radius
 
-   !> Length of both segments that the rounding at point i takes, per unit of radius.
+   !> Length by which the rounded corner at point i shortens both segments beside it, per unit of radius.
    pure real(wp) function cut(point, i)
       real(wp), intent(in) :: point(:, :)
       integer, intent(in) :: i

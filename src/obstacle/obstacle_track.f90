@@ -1,14 +1,14 @@
 !> Track of an obstacle: the curve at constant distance from its surface, on the free side, along which the axis of a rod in line
-!> contact runs. The free side is on the left of the track: it runs from the first to the second point of a line, along curves,
-!> counterclockwise within circles and clockwise around them.
+!> contact runs. The free side is to the left of the track: the track has the direction from the first to the second point of a
+!> line, and that of curves; it is counterclockwise within circles and clockwise around them.
 !>
 !> With the curvature k (> 0 to the left) and arc length s of the surface, the track at the distance d has
 !>   d(sigma) = (1 - k d) ds,   curvature k / (1 - k d),   its derivatives by sigma by the chain rule,
-!> so sigma = s - d * (turn of the surface to the left). d must be smaller than the radius of every turn to the left, otherwise the
-!> track does not exist.
+!> so that sigma = s - d * (turn of the surface to the left). The track exists only if d is smaller than the radius of every turn to
+!> the left.
 !>
-!> The track's curvature may jump at joints of arcs and straight pieces. A rod that follows the track beyond such a joint would need
-!> a couple of EI times the jump there, which no one-sided obstacle exerts; it bridges the joint, see lifted_node.
+!> The track's curvature may jump at joints of arcs and straight pieces. To follow the track beyond such a joint, a rod would need a
+!> couple of EI times the jump there, which no one-sided obstacle exerts; it bridges the joint, see lifted_node.
 module obstacle_track
    use kinds, only: wp, pi
    use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle
@@ -21,15 +21,15 @@ module obstacle_track
    !> A point of the track.
    type :: track_t
       real(wp) :: sigma = 0.0_wp             !! arc length of the track; lines and curves: from the first point, circles: angle from
-      !! the x axis times the radius of the track, increasing in its sense
+      !! the x axis times the radius of the track, increasing in its direction
       real(wp) :: place(2) = 0.0_wp
       real(wp) :: tangent(2) = 0.0_wp        !! unit vector, the free side on its left
       real(wp) :: curvature = 0.0_wp         !! d(angle)/d(sigma), > 0 where the track turns left
       real(wp) :: curvature_rate = 0.0_wp    !! first derivative of the curvature by sigma
       real(wp) :: curvature_second = 0.0_wp  !! second derivative of the curvature by sigma
       integer :: piece = 0                   !! piece of a curve, as in foot_t
-      real(wp) :: averaged = 0.0_wp          !! argument `near` of track_at: mean curvature of an interval less that of its piece
-      !! (track_between)
+      real(wp) :: averaged = 0.0_wp          !! argument `near` of track_at: mean curvature of an interval minus the curvature of
+      !! its piece (track_between)
    end type track_t
 
    real(wp), parameter :: at_joint = 1.0e-6_wp !! part of an interval of the track: an end this close to a joint is at the joint
@@ -40,7 +40,7 @@ contains
    pure type(track_t) function track_foot(obstacle, offset, x) result(track)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset      !! distance from the surface, > 0 towards the free side
-      real(wp), intent(in) :: x(2)
+      real(wp), intent(in) :: x(2)        !! point in the obstacle's own axes
       type(foot_t) :: foot
       real(wp) :: d(2)
       select case (obstacle%kind)
@@ -60,15 +60,16 @@ contains
       end select
    end function track_foot
 
-   !> Point of the track at arc length sigma. On closed curves the numbers of pieces go on from round to round, both ways.
+   !> Point of the track at arc length sigma. On closed curves the numbers of pieces continue from round to round, in both
+   !> directions.
    !>
    !> On curves the search starts on the piece of `near` and passes to a neighbour only if the curvature does not jump (quintic
-   !> pieces); otherwise the piece is continued beyond its end, straight or circular, so that nothing jumps within Newton's method.
-   !> Of an interval with a jump (track_between) only the curvature is that of the piece; place and direction are the track's.
+   !> pieces). Otherwise the piece is continued beyond its end, straight or circular, so that nothing jumps within Newton's method.
+   !> In an interval with a jump (track_between) only the curvature is that of the piece; position and direction are the track's.
    pure type(track_t) function track_at(obstacle, offset, sigma, near) result(track)
       type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: offset
-      real(wp), intent(in) :: sigma
+      real(wp), intent(in) :: offset !! distance of the track from the surface
+      real(wp), intent(in) :: sigma  !! arc length of the track
       type(track_t), intent(in) :: near   !! a point of the piece, see track_between
       type(track_t) :: on
       real(wp) :: angle
@@ -112,10 +113,10 @@ contains
       track%sigma = sigma
    end function walk_to
 
-   !> Signed arc length from one point of the track to another; on circles and closed curves the shorter way round.
+   !> Signed arc length from one point of the track to another; on circles and closed curves the shorter direction.
    pure real(wp) function track_ahead(obstacle, offset, from, to) result(ahead)
       type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: offset
+      real(wp), intent(in) :: offset !! distance of the track from the surface
       type(track_t), intent(in) :: from, to
       real(wp) :: round
       ahead = to%sigma - from%sigma
@@ -135,7 +136,7 @@ contains
       end associate
    end function round_length
 
-   !> A point of a closed curve, its arc length and the number of its piece those of the round in which another point is.
+   !> A point of a closed curve, with arc length and number of its piece in the round of another point.
    pure type(track_t) function same_round(obstacle, offset, track, near) result(same)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset
@@ -148,7 +149,7 @@ contains
       same%piece = track%piece - rounds * size(obstacle%curve%piece)
    end function same_round
 
-   !> Piece of the curve that has a number in any round of a closed curve.
+   !> Piece of the curve that belongs to a number in any round of a closed curve.
    pure integer function piece_of(obstacle, number) result(i)
       type(obstacle_t), intent(in) :: obstacle
       integer, intent(in) :: number
@@ -163,13 +164,13 @@ contains
       jumps = obstacle%curve%jumps(piece_of(obstacle, number))
    end function jumps_behind
 
-   !> A point on the piece that contains the middle of the track interval between two given points, for the argument `near` of
-   !> track_at: end points at a joint may belong to either piece. If the curvature jumps inside the interval, that of the piece is
-   !> shifted so that the interval turns by its true angle. The curvature, and with it the moment of a rod along the interval, is
-   !> then a continuous function of the end points, also where one of them passes the joint.
+   !> A point for the argument `near` of track_at: it lies on the piece that contains the middle of the track interval between two
+   !> given points, because end points at a joint may belong to either piece. If the curvature jumps inside the interval, the
+   !> curvature of the piece is shifted so that the interval turns by its true angle. The curvature, and with it the moment of a rod
+   !> along the interval, is then a continuous function of the end points, even if one of them passes the joint.
    pure type(track_t) function track_between(obstacle, offset, first, last) result(between)
       type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: offset
+      real(wp), intent(in) :: offset !! distance of the track from the surface
       type(track_t), intent(in) :: first, last
       real(wp) :: middle, joint
       type(track_t) :: other
@@ -190,11 +191,11 @@ contains
       end do
    end function track_between
 
-   !> A track point as a point of the piece (or straight continuation) beyond the nearer joint with a jump of curvature; the point
-   !> itself if no such joint is within reach.
+   !> A point of the track as a point of the piece (or straight continuation) beyond the nearer joint with a jump of curvature; the
+   !> point itself if no such joint is within the given distance.
    pure type(track_t) function across_joint(obstacle, offset, track, reach) result(other)
       type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: offset
+      real(wp), intent(in) :: offset !! distance of the track from the surface
       type(track_t), intent(in) :: track
       real(wp), intent(in) :: reach       !! along the track
       real(wp) :: nearest, away
@@ -217,14 +218,15 @@ contains
       other%sigma = track%sigma
    end function across_joint
 
-   !> Joints inside an interval of the track, as increasing fractions of the interval's length from its first point; joints at the
-   !> ends are left out.
+   !> Joints inside an interval of the track, as increasing fractions of the interval's length from its first point. Joints at the
+   !> ends of the interval are not included.
    pure subroutine joints_between(obstacle, offset, first, last, share, jump)
       type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: offset
+      real(wp), intent(in) :: offset             !! distance of the track from the surface
       type(track_t), intent(in) :: first, last   !! in either order
-      real(wp), allocatable, intent(out) :: share(:)
-      real(wp), allocatable, intent(out), optional :: jump(:) !! (joints) jump of the track's curvature in the sense of the track
+      real(wp), allocatable, intent(out) :: share(:) !! (joints) fractions, 0 to 1
+      real(wp), allocatable, intent(out), optional :: jump(:) !! (joints) jump of the track's curvature in the direction of the
+      !! track
       type(track_t) :: other
       integer, allocatable :: behind(:)          ! piece behind each joint
       integer :: i
@@ -240,7 +242,7 @@ contains
       if (present(jump)) jump = [(jump_at(obstacle, offset, behind(i)), i=1, size(behind))]
    end subroutine joints_between
 
-   !> Jump of the track's curvature where a piece begins, 0 within the rounding of splines.
+   !> Jump of the track's curvature at the beginning of a piece; 0 within the rounding of splines.
    pure real(wp) function jump_at(obstacle, offset, number) result(jump)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset
@@ -253,11 +255,11 @@ contains
       jump = behind%curvature - before%curvature
    end function jump_at
 
-   !> Distance along the track from one of its points to the nearest joint with a jump of curvature; huge if there is none on the
-   !> point's piece.
+   !> Distance along the track from one of its points to the nearest joint with a jump of curvature at an end of the point's piece;
+   !> huge if there is none.
    pure real(wp) function joint_distance(obstacle, offset, track) result(distance)
       type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: offset
+      real(wp), intent(in) :: offset !! distance of the track from the surface
       type(track_t), intent(in) :: track
       integer :: i
       distance = huge(distance)
@@ -398,7 +400,7 @@ contains
       real(wp), intent(in) :: offset
       integer, intent(in) :: i
       real(wp), intent(in) :: sigma
-      ! Newton's method converges quadratically: after a step smaller than this the remaining error is below rounding.
+      ! Newton's method converges quadratically: after a smaller step the remaining error is below rounding.
       real(wp), parameter :: last_step = 1.0e-9_wp
       real(wp) :: local, step, x(2), d(2), dd(2)
       integer :: iteration, which

@@ -14,8 +14,8 @@ module obstacle_types
    ! Ground under a foundation (words in the deck): independent springs, or coupled as in ground_coupling.
    integer, parameter :: ground_independent = 1, ground_half_space = 2, ground_pasternak = 3
 
-   !> Obstacle whose surface the structure cannot penetrate. Except for circles, the free side is on the left in the order of the
-   !> points, and surfaces with ends are continued straight.
+   !> Obstacle whose surface the structure cannot penetrate. Except for circles, the free side is to the left in the order of the
+   !> points, and surfaces with ends continue straight.
    type :: obstacle_t
       character(name_length) :: name = ''
       integer :: kind = obstacle_line
@@ -35,9 +35,9 @@ module obstacle_types
       real(wp) :: width = 1.0_wp
       logical :: bilateral = .false.            !! true: permanent contact, with tension as well as pressure
       logical :: at_nodes = .false.             !! true: a line as model of stops at single nodes (*GAP): gaps count from each
-      !! node's place at the start, modulus and law are those of a node
+      !! node's position at the start; modulus and law belong to one node
       integer :: carrier = 0                    !! node whose displacements x and y the obstacle has, 0: none
-      logical :: along_rod = .false.            !! true: a line across a straight rod as model of soil that holds it along its axis
-      !! (*AXIAL SOIL): it has no surface
+      logical :: along_rod = .false.            !! true: a line across a straight rod as model of soil that supports it along its
+      !! axis (*AXIAL SOIL): it has no surface
    end type obstacle_t
 end module obstacle_types

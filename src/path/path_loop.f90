@@ -92,7 +92,7 @@ contains
             if (allocated(outcome%why)) exit steps
             cycle steps
          end if
-         ! The problem, and the step in its model, are replaced when the mesh changes.
+         ! Remeshing replaces the model and its steps; a copy of the step is used.
          step = problem%model%step(k)
          call start_control(problem, step, run)
          if (allocated(found%list)) deallocate (found%list)
@@ -152,7 +152,7 @@ contains
          run%frame => frame
       end subroutine set_frame
 
-      !> Sets the frame of the checkpoints of the step's branches or limit curves, with the results of its path.
+      !> Sets the frame of the checkpoints of the step's branches or limit curves; it contains the results of the step's path.
       subroutine set_frame_behind(on)
          integer, intent(in) :: on
          kind = on
@@ -196,7 +196,7 @@ contains
       real(wp) :: stiffness, rounding
       run%step_points = 0
       run%arrived%point = 0
-      ! The loads of a new step may move the structure back along the path, so the recent path is discarded.
+      ! The loads of a new step may reverse the path, so that the recent path is discarded.
       if (allocated(run%trail)) deallocate (run%trail)
       if (starts_fresh(problem)) then
          why = why_unheld(problem, run%last%state)
@@ -211,7 +211,8 @@ contains
          return
       end if
       if (starts_fresh(problem)) then
-         ! With a tangent dominated by rounding, the pivot signs are meaningless and Newton's method does not converge.
+         ! If the tangent stiffness is mainly rounding, the signs of its pivots are meaningless and Newton's method does not
+         ! converge.
          call check_start(problem, run%last%system, stiffness, rounding)
          if (rounding > 0.5_wp * max(stiffness, bending_stiffness(problem))) then
             outcome%why = 'the tangent at the start is nothing but rounding: '//rounding_cure(problem, run%last%state)
@@ -230,7 +231,7 @@ contains
       end associate
       run%last%tangent%load = 0.0_wp
       call evaluate_tests(problem, run%last)
-      ! A start on a mesh whose nodes detect contact counts as well: its tangent does not contain contact between nodes either.
+      ! This includes a start on a mesh whose nodes detect contact: its tangent does not contain contact between nodes either.
       run%fresh = starts_fresh(problem) .and. (any(run%last%state%active) .or. any(run%last%state%grounded) .or. &
          & problem%is_sampled())
    end subroutine begin_step
@@ -330,13 +331,13 @@ contains
             if (.not. step%error_bars) exit
             call add_buckling_bars(problem, run%last%state, buckling)
             if (.not. allocated(buckling%bar) .or. .not. step%asked > 0.0_wp) exit
-            ! Between nodes a mode has the shape of rods without stresses, accurate to the fourth order only: modes for
-            ! imperfections need a node at every node of the deck.
+            ! Between nodes a mode has the shape of rods without stresses, with an error of the fourth order: imperfections by modes
+            ! need a mesh with all nodes of the deck.
             if (all(buckling%bar%bounded .and. buckling%bar%bar <= step%asked * abs(buckling%load_factor)) .and. &
                & (problem%model%mesh%n_elements >= problem%deck%mesh%n_elements .or. .not. bends_later())) exit
          end if
-         ! Error contributions of a path do not apply to modes, and the mesh of the previous steps may be too coarse for modes:
-         ! the density is doubled.
+         ! Error contributions of a path do not apply to modes, and the mesh of the previous steps may be too coarse for modes: the
+         ! number of elements is doubled.
          call ask_for_twice(problem, run%last%state, request, asked)
          if (.not. asked) exit
          nowhere = run%last

@@ -7,7 +7,7 @@ module path_record
    private
    public :: record_t, point_t, region_t, critical_t, branch_start_t, buckling_t, limit_point_t, recorder_t
 
-   !> What a path tells of itself: an accepted point, a critical point, the start of a branch ...
+   !> A record of a path: an accepted point, a critical point, the start of a branch, and others.
    type, abstract :: record_t
    end type record_t
 
@@ -70,8 +70,8 @@ module path_record
       real(wp), allocatable :: null_vector(:, :, :) !! (3, n_nodes, multiplicity) BP only: largest displacement 1
    end type critical_t
 
-   !> Start of a path: the branch (or the path of the steps) to which the following points belong, and where the branch leaves its
-   !> parent.
+   !> Start of a path: the branch, or the path of the steps, to which the following points belong, and the bifurcation at which the
+   !> branch leaves its parent path.
    type, extends(record_t) :: branch_start_t
       integer :: branch = 0                   !! number in the result file, from 1; 0: back on the path of the steps
       character(name_length) :: name = ''
@@ -117,8 +117,8 @@ module path_record
    end type recorder_t
 
    abstract interface
-      !> Receives a record. The point of a critical point was received before it, and the bifurcation at which a branch starts
-      !> before the start of this branch, to which all following points and critical points belong.
+      !> Receives a record. A point is received before a critical point at it, and the bifurcation at which a branch starts is
+      !> received before the start of the branch. All points and critical points after that start belong to the branch.
       subroutine take_record(self, record, error)
          import :: recorder_t, record_t, error_t
          class(recorder_t), intent(inout) :: self
@@ -132,7 +132,7 @@ module path_record
          class(recorder_t), intent(inout) :: self
       end function want_state
 
-      !> Receives a checkpoint: the state of the run with all records up to now, from which another program run can continue.
+      !> Receives a checkpoint: the state of the run, with all records so far, from which another run of the program can continue.
       subroutine take_state(self, words, error)
          import :: recorder_t, error_t
          class(recorder_t), intent(inout) :: self

@@ -23,7 +23,7 @@ module run_accuracy
       type(place_t) :: at                     !! point 0: no value yet
    end type worst_t
 
-   !> Checks of a run, in the order of the listing: what the worst value is.
+   !> Checks of a run, in the order of the listing.
    enum, bind(c)
       enumerator :: check_residual = 1   !! largest relative residual
       enumerator :: check_penetration    !! largest penetration of a rigid obstacle over the structure's size
@@ -40,7 +40,7 @@ module run_accuracy
       enumerator :: check_force_balance  !! |loads + supports + contact| over the force scale
       enumerator :: check_moment_balance !! the same for moments about the structure's middle, over the size
       enumerator :: check_node_balance   !! largest sum of the forces (or moments over the size) on a node, without components
-      !! that supports take, over the force scale
+      !! that supports carry, over the force scale
    end enum
    integer, parameter :: n_checks = check_node_balance
    logical, parameter :: of_point(n_checks) = [.true., .true., .true., .true., .true., .false., .false., .false., .false., &
@@ -74,7 +74,7 @@ module run_accuracy
       logical :: if_found = .false.           !! true: it is of interest only if some point has a value
    end type check_t
 
-   !> What listing and result file tell of each check.
+   !> Words and properties of each check in listing and result file.
    type(check_t), parameter :: check(n_checks) = [ &
       & check_t('residual', 'relative residual', 'largest relative residual of all points'), &
       & check_t('penetration', 'penetration / size of the structure', 'largest penetration of a rigid obstacle over the '// &
@@ -113,7 +113,7 @@ contains
       list%worst = accuracy%worst
    end function checks_of
 
-   !> Keeps a value that is worse than those before.
+   !> Keeps a value if it is worse than those before.
    pure subroutine note_worst(accuracy, check, value, place, node, element)
       type(accuracy_t), intent(inout) :: accuracy
       integer, intent(in) :: check            !! check_...
@@ -129,7 +129,7 @@ contains
       end associate
    end subroutine note_worst
 
-   !> Empty accuracy record for one point: the reference forces are those of the run so far, the measured values are zero.
+   !> Empty accuracy record for one point: reference forces are those of the run so far, measured values are zero.
    pure function begin_point(accuracy) result(here)
       type(accuracy_t), intent(in) :: accuracy
       type(accuracy_t) :: here
@@ -137,7 +137,7 @@ contains
       where (of_point) here%worst = worst_t()
    end function begin_point
 
-   !> Raises the worst values by those of a point that was measured with begin_point's record.
+   !> Raises the worst values to those of a point, which were measured with the record of begin_point.
    pure subroutine take_point(accuracy, here)
       type(accuracy_t), intent(inout) :: accuracy
       type(accuracy_t), intent(in) :: here

@@ -1,9 +1,9 @@
 !> Contact regions of contact at nodes: connected lengths of contact and their ends, located within a small part of an element.
 !>
 !> A rod leaves a rigid obstacle smoothly: its curvature equals the obstacle's up to the lift-off point and changes about linearly
-!> beyond. The end is the place where the curvature of the open element, extrapolated backwards, equals the obstacle's; this place
-!> may be on either side of the last node in contact. On a foundation the end is the place where the gap changes sign; on coupled
-!> ground the last reaction gives the part of the node's length that is still under pressure.
+!> beyond. The end of contact is the point at which the curvature of the open element, extrapolated backwards, equals the
+!> obstacle's; it may lie on either side of the last node in contact. On a foundation the end is the zero of the gap. On coupled
+!> ground the last reaction shows which part of the node's length is still under pressure.
 module contact_regions
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp
@@ -44,7 +44,7 @@ contains
          if (previous(c) > 0) cycle
          regions = [regions, follow(c, last)]
       end do
-      ! The remaining candidates belong to closed chains in contact all round.
+      ! The remaining candidates belong to closed chains that are in contact all round.
       do c = 1, problem%candidates%n
          if (.not. seen(c)) regions = [regions, follow(c, last)]
       end do
@@ -134,8 +134,8 @@ contains
    !> (candidates) true: in contact, within the resolution of the mesh.
    !>
    !> Reactions at nodes make the computed axis of a rod on a rigid obstacle wavy between and beside the nodes, so that some nodes
-   !> lift off by a gap far below the mesh's resolution. A gap between two contacts no longer than eight of the surrounding elements
-   !> counts as contact.
+   !> lift off by a gap far below the resolution of the mesh. A gap between two contacts counts as contact if it is not longer than
+   !> eight of the elements around it.
    function resolved_contact(problem, state) result(touching)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -169,7 +169,7 @@ contains
       end do
    end function resolved_contact
 
-   !> Arc length of a candidate along its chain, at the present place of its node.
+   !> Arc length of a candidate along its chain, at the present position of its node.
    real(wp) function candidate_coordinate(problem, state, candidate) result(s)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -189,7 +189,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate, side
       if (problem%candidates%bilateral(candidate)) then
-         ! Only a support prevents contact at the neighbouring node: the contact extends to this node.
+         ! If only a support prevents contact at the neighbouring node, the contact extends to this node.
          beyond = state%geometry%element(problem%candidates%element(side, candidate))%length
       else if (problem%model%obstacle(problem%candidates%obstacle(candidate))%rigid) then
          beyond = rigid_overhang(problem, state, candidate, side)
@@ -200,7 +200,7 @@ contains
       end if
    end function overhang
 
-   !> Rigid obstacle: root of the parabola that has the curvature difference at both ends of the open element and its slope at the
+   !> Rigid obstacle: root of the parabola given by the curvature difference at both ends of the open element and its slope at the
    !> far end.
    real(wp) function rigid_overhang(problem, state, candidate, side) result(beyond)
       type(problem_t), intent(in) :: problem
@@ -219,7 +219,7 @@ contains
       near = misfit(inner, candidate)
       far = misfit(outer, problem%candidates%neighbour(side, candidate))
       slope = -direction * problem%compliance(e)%bending * local(2, outer) - obstacle_slope()
-      ! misfit(d) = far + slope (d - h) + a (d - h)^2, d from the candidate outwards
+      ! misfit(d) = far + slope (d - h) + a (d - h)^2, with the distance d from the candidate, outwards.
       a = (near - far + slope * h) / h**2
       beyond = 0.0_wp
       root = slope**2 - 4.0_wp * a * far
@@ -227,7 +227,7 @@ contains
       b = slope + sign(sqrt(root), slope)
       if (.not. abs(b) > 0.0_wp) return
       beyond = h - 2.0_wp * far / b
-      ! On a short free span the maximum of the moment may be in this element; the contact then ends at the other root.
+      ! On a short free span the moment may have its maximum in this element; the contact then ends at the other root.
       if (abs(a) > 0.0_wp) then
          other = h - 0.5_wp * b / a
          if (abs(other) < abs(beyond)) beyond = other
@@ -236,7 +236,7 @@ contains
 
    contains
 
-      !> Curvature of the rod less that of a rod with the same extension ratio on the obstacle.
+      !> Curvature of the rod minus that of a rod with the same extension ratio on the obstacle.
       real(wp) function misfit(k, c)
          integer, intent(in) :: k, c
          real(wp) :: stretch
@@ -245,7 +245,7 @@ contains
             & local(3, k) * problem%compliance(e)%bending - stretch * obstacle_curvature(k, c, 0.0_wp)
       end function misfit
 
-      !> Curvature of a rod on the obstacle, at the point nearest to a candidate shifted along the rod.
+      !> Curvature of a rod on the obstacle at the point nearest to a candidate that is moved along the rod.
       real(wp) function obstacle_curvature(k, c, moved) result(curvature)
          integer, intent(in) :: k, c      !! end of the element and its candidate
          real(wp), intent(in) :: moved
@@ -273,7 +273,7 @@ contains
       end function obstacle_slope
    end function rigid_overhang
 
-   !> Winkler foundation: place where the gap changes sign in the open element.
+   !> Winkler foundation: zero of the gap in the open element.
    real(wp) function winkler_overhang(problem, state, candidate, side) result(beyond)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -292,8 +292,9 @@ contains
       beyond = beyond * state%geometry%element(problem%candidates%element(side, candidate))%length
    end function winkler_overhang
 
-   !> Coupled ground: part of the last node's length over which the node's reaction, at the pressure extrapolated from the two nodes
-   !> before, is distributed. On a half-space the pressure falls to zero with the square root of the distance from the end.
+   !> Coupled ground: the pressure is extrapolated from the two nodes before the last one; the result is the part of the last node's
+   !> length over which this pressure gives the node's reaction. On a half-space the pressure falls to zero with the square root of
+   !> the distance from the end.
    real(wp) function patch_overhang(problem, state, candidate, side) result(beyond)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -331,7 +332,7 @@ contains
    !> (candidates) true: in contact, and in the same contact region as `candidate`.
    function region_of(problem, active, candidate) result(member)
       type(problem_t), intent(in) :: problem
-      logical, intent(in) :: active(:)
+      logical, intent(in) :: active(:) !! (candidates) true: in contact
       integer, intent(in) :: candidate
       logical, allocatable :: member(:)
       integer :: side, c

@@ -1,5 +1,5 @@
-!> Gap between two nodes of a rigid contact: a quintic through gap, slope and curvature at both ends of an element. At the nodes
-!> these quantities have the full order of the element, whereas the rod's profile between nodes has the order s + 1 only.
+!> Gap between two nodes of a rigid contact: a quintic with the gap, slope and curvature at both ends of an element. At the nodes
+!> these have the full order of the element, whereas the rod's profile between nodes has only the order s + 1.
 module gap_profile
    use kinds, only: wp
    use problem, only: problem_t
@@ -15,8 +15,8 @@ module gap_profile
 
 contains
 
-   !> Smallest gap along the elements that join marked candidates; on coupled ground at the nodes only, relative to the settled
-   !> surface.
+   !> Smallest gap along the elements between marked candidates. On coupled ground only the gaps at nodes count, relative to the
+   !> settled surface.
    real(wp) function smallest_gap(problem, state, marked) result(least)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -33,7 +33,7 @@ contains
       end do
    end function smallest_gap
 
-   !> Smallest gap on the element from a candidate to its next neighbour, ends included: that beside the smallest of some samples.
+   !> Smallest gap on the element from a candidate to its next neighbour, ends included, next to the smallest of several samples.
    real(wp) function least_gap_after(problem, state, candidate) result(least)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -53,14 +53,14 @@ contains
 
    contains
 
-      !> Gap at a place, 0 to 1 of the element.
+      !> Gap at a position, 0 to 1 of the element.
       pure real(wp) function gap_at(t)
          real(wp), intent(in) :: t
          gap_at = c(1) + t * (c(2) + t * (c(3) + t * (c(4) + t * (c(5) + t * c(6)))))
       end function gap_at
    end function least_gap_after
 
-   !> Coefficients of the gap by powers of the place on the element after a candidate, 0 to 1.
+   !> Coefficients of the gap as a polynomial of the position, 0 to 1, on the element after a candidate.
    function gap_coefficients(problem, state, candidate) result(c)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -79,8 +79,8 @@ contains
    end function gap_coefficients
 
    !> Computes gap, slope and second derivative of the gap along the rod at one end of an element, by the stress-free length, from
-   !> r' = (1 + e + N/EA) t + (Q/GA) nu: r position, e thermal strain, N normal force along the tangent t, Q shear force along the
-   !> normal nu.
+   !> r' = (1 + e + N/EA) t + (Q/GA) nu, with position r, thermal strain e, normal force N along the tangent t and shear force Q
+   !> along the normal nu.
    subroutine end_derivatives(problem, state, candidate, e, side, local, change, gap, slope, second)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -1,9 +1,9 @@
-!> Ends of a foundation's chain that supports fix on the foundation's surface: the gap has a root there at every load.
+!> Ends of a foundation's chain that supports fix on the foundation's surface: the gap is zero there at every load.
 !>
-!> Contact beside such an end is lost when its length shrinks to zero. The least gap falls with the power 3/2 of the slope at the
-!> end, and after the loss the least gap is that of the root: it has no zero that would locate the loss. The gap divided by the
-!> distance from the root, or by the square of this distance if the support fixes the slope as well, is smooth and has a zero where
-!> the slope, or the curvature, is zero.
+!> Contact beside such an end is lost when its length shrinks to zero. The least gap then tends to zero with the power 3/2 of the
+!> slope at the end and remains zero after the loss: it has no change of sign at which the loss could be located. The gap divided by
+!> the distance from the end, or by the square of this distance if the support fixes the slope as well, is smooth and changes its
+!> sign where the slope, or the curvature, is zero.
 module ground_ends
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -17,7 +17,7 @@ module ground_ends
 
 contains
 
-   !> Orders of the roots at the first and the last end of a contact's chain; 0: no root in the given range.
+   !> Orders of the gap's roots at the first and the last end of a contact's chain; 0: no root in the given range.
    function root_orders(problem, state, contact, from, to) result(order)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -42,7 +42,7 @@ contains
       end do
    end function root_orders
 
-   !> Roots with their places as arc lengths of the chain.
+   !> Roots of the gap at supported ends, with their positions as arc lengths of the chain.
    function chain_roots(problem, state, contact, order) result(root)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -85,7 +85,7 @@ contains
                open_end = .false.
             end if
          end do
-         ! A contact end at a support may leave an element of zero length.
+         ! An end of contact at a support may leave a region of zero length.
          regions = pack(regions, regions%end > regions%start)
          do i = 1, size(regions)
             associate (obstacle => problem%model%obstacle(problem%model%contact(regions(i)%contact)%obstacle))
@@ -97,7 +97,7 @@ contains
 
    contains
 
-      !> Computes coordinate and angle of a place on the element after a candidate.
+      !> Computes coordinate and angle of a position on the element after a candidate.
       subroutine set_end(candidate, tau, s, angle)
          integer, intent(in) :: candidate
          real(wp), intent(in) :: tau
@@ -125,9 +125,9 @@ contains
       integer, intent(in) :: contact
       real(wp), intent(in) :: from, to  !! arc lengths; on a closed chain `to` may lie beyond the chain's end, in the next circuit
       integer, intent(out), optional :: candidate !! candidate before the element with the smallest gap, 0: empty range
-      real(wp), intent(out), optional :: place   !! place in that element, 0 to 1
+      real(wp), intent(out), optional :: place   !! position in that element, 0 to 1
       type(gap_root_t), intent(in), optional :: root(:) !! roots divided out of the gap, see ground_ends
-      real(wp), intent(out), optional :: factor  !! factor of the division at the place; 0: the place is a root
+      real(wp), intent(out), optional :: factor  !! factor of the division at this position; 0: the position is a root
       type(gap_root_t), allocatable :: there(:)
       real(wp) :: range(2), value, tau, h
       integer :: c, round
@@ -157,15 +157,15 @@ contains
       end do
    end function smallest_ground_gap
 
-   !> Largest local maximum of the gap in a range, with contact on both sides of the maximum: > 0 if the region is divided there, <
-   !> 0 if not. Without such a maximum: minus the deepest penetration. The whole range is searched, because the maximum may move.
+   !> Largest local maximum of the gap in a range between points in contact: > 0 if the region is divided there, < 0 if not. Without
+   !> such a maximum: minus the deepest penetration. The whole range is searched, because the maximum may move.
    real(wp) function inner_opening(problem, state, contact, from, to, candidate, place) result(opening)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact
-      real(wp), intent(in) :: from, to
+      real(wp), intent(in) :: from, to            !! arc lengths, as in smallest_ground_gap
       integer, intent(out), optional :: candidate !! candidate before the element with the maximum, as in smallest_ground_gap
-      real(wp), intent(out), optional :: place
+      real(wp), intent(out), optional :: place    !! position in that element, 0 to 1
       type(element_gap_t) :: between
       real(wp), allocatable :: gap(:), peak(:), tau(:)
       integer, allocatable :: after(:)           ! candidate before the sample
@@ -193,7 +193,8 @@ contains
                   after(n) = c
                   if (i == 0) cycle
                   peak(n) = max(value(i - 1), value(i))
-                  ! The gap can exceed both samples by more than rounding only where they differ by less than it bends.
+                  ! Between two samples the gap can only have a maximum above rounding if the samples differ by less than its
+                  ! curvature allows.
                   if (bend > max(abs(value(i) - value(i - 1)), rounding)) &
                      & call gap_extreme(problem, between, .true., at(i - 1), at(i), peak(n), tau(n))
                end do
@@ -231,7 +232,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact, candidate
       integer, intent(in) :: round               !! number of completed circuits of a closed chain
-      real(wp), intent(in) :: from, to
+      real(wp), intent(in) :: from, to           !! arc lengths of the range
       real(wp), intent(out) :: range(2)          !! part of the element, 0 to 1
       real(wp) :: s, h
       range = 0.0_wp
@@ -245,7 +246,7 @@ contains
       end associate
    end function part_of_range
 
-   !> Arc length along its chain of a candidate with an element after it, at the present place of its node.
+   !> Arc length along its chain of a candidate with an element after it, at the present position of its node.
    pure real(wp) function chain_place(problem, state, candidate) result(s)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -262,14 +263,14 @@ contains
       end associate
    end function chain_place
 
-   !> Regions of a state transferred to the node places of another state on the same mesh: ends of contact at nodes move with the
+   !> Regions of a state transferred to the node positions of another state on the same mesh: ends of contact at nodes move with the
    !> nodes.
    function taken_along(problem, from, to, regions) result(moved)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
       type(region_t), intent(in) :: regions(:)   !! regions of `from`
       type(region_t) :: moved(size(regions))
-      real(wp), allocatable :: place(:), way(:)  !! places of the nodes of a contact and their displacements along the chain
+      real(wp), allocatable :: place(:), way(:)  !! positions of the nodes of a contact and their displacements along the chain
       integer :: c, k, n
       moved = regions
       if (.not. problem%moves_nodes() .or. size(regions) == 0) return
@@ -316,7 +317,7 @@ contains
       rounds = merge(1, 0, problem%ground%chain%chain_length(contact) > 0.0_wp)
    end function rounds
 
-   !> Computes the force per stress-free length and the gap at every node of the foundations' chains.
+   !> Computes the force per stress-free length and the gap at each node of the foundations' chains.
    subroutine ground_pressure(problem, state, pressure, gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -352,8 +353,8 @@ contains
       end do
    end subroutine ground_reaction
 
-   !> Computes the distributed reaction of one contact as forces at the deck's nodes of this contact, whatever the mesh; and the
-   !> force per stress-free length at these nodes.
+   !> Computes the distributed reaction of one contact as forces at the deck's nodes of this contact, on any mesh, and the force per
+   !> stress-free length at these nodes.
    subroutine deck_ground_reaction(problem, state, contact, gap, reaction, density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

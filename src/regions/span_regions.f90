@@ -28,7 +28,7 @@ contains
       integer :: c, i
       allocate (regions(0))
       seen = problem%candidates%contact_span(:problem%candidates%n) == 0
-      ! A clamped node on an obstacle is not a region by itself.
+      ! A node clamped on an obstacle, without contact beside it, is no region.
       do c = 1, problem%candidates%n
          if (seen(c) .or. any(problem%candidates%neighbour(:, c) > 0)) cycle
          seen(c) = stands(problem, state, c)
@@ -36,7 +36,7 @@ contains
       do c = 1, problem%candidates%n
          if (.not. seen(c) .and. problem%candidates%neighbour(1, c) == 0) regions = [regions, follow(c)]
       end do
-      ! The remaining candidates belong to closed chains in contact all round.
+      ! The remaining candidates belong to closed chains that are in contact all round.
       do c = 1, problem%candidates%n
          if (.not. seen(c)) regions = [regions, follow(c)]
       end do
@@ -101,10 +101,10 @@ contains
          number_of = problem%contact_span(problem%candidates%contact_span(candidate))%number
       end function number_of
 
-      !> Angle of the contact force's place on an obstacle that has angles.
+      !> Angle of the contact force's position on an obstacle that has angles.
       real(wp) function angle_at(candidate, arm) result(angle)
          integer, intent(in) :: candidate
-         real(wp), intent(in) :: arm(2)          !! vector from the candidate's node to the place of the force
+         real(wp), intent(in) :: arm(2)          !! vector from the candidate's node to the force
          type(pose_t) :: pose
          angle = ieee_value(angle, ieee_quiet_nan)
          associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(candidate)))
@@ -125,8 +125,8 @@ contains
       do r = 1, size(regions)
          at = [regions(r)%start, regions(r)%end]
          do side = 1, 2
-            ! A contact end that does not move is fixed by a segment boundary: its error bar is zero. A contact that has just begun
-            ! has no number yet.
+            ! A contact end that does not move is fixed by a segment boundary, so that its error bar is zero. The contact span of a
+            ! contact that has just begun has no number yet.
             if (regions(r)%contact_span(side) > 0) regions(r)%bar(side) = new_error_bar(0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
             do k = 1, size(bars%place)
                associate (place => bars%place(k), bar => regions(r)%bar(side))
@@ -134,7 +134,7 @@ contains
                      & is_known(place%contact_span))) cycle
                   if (place%last .neqv. (side == 2 .and. regions(r)%line)) cycle
                   bar = place%bar
-                  ! At the onset of contact the place of the least gap and the place of the new point contact differ by the error of
+                  ! At the onset of contact the position of the least gap and that of the new point contact differ by the error of
                   ! the element's polynomials.
                   bar%correction = bar%correction + (place%at - at(side))
                   bar%bar = bar%bar + abs(place%at - at(side))
@@ -145,7 +145,7 @@ contains
 
    contains
 
-      !> True if the contact span of this number is an end of a region.
+      !> True if the contact span with this number forms an end of a region.
       pure logical function is_known(contact_span)
          integer, intent(in) :: contact_span
          integer :: i
@@ -185,7 +185,7 @@ contains
       !! closes: 1 before the candidate, 2 after it
       real(wp), intent(in), optional :: before(:) !! lengths_before of the state, for coordinates of many candidates
       integer :: e, tried, at
-      ! If the contact does not cover the rod beyond a segment boundary, the element on the other side is used.
+      ! If the contact does not cover the rod beyond a segment boundary, the element on the other side gives the coordinate.
       at = side
       do tried = 1, 2
          e = problem%candidates%element(at, candidate)
@@ -205,7 +205,7 @@ contains
       end associate
    end function chain_coordinate
 
-   !> (elements) Stress-free length of each element's rod segment before the element.
+   !> (elements) Stress-free length of the element's rod segment before the element.
    pure function lengths_before(problem, state) result(before)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

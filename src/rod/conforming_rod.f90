@@ -116,7 +116,7 @@ contains
          & 0.5_wp * (dot_product(x(:, 2), x(:, 2)) - dot_product(x(:, 1), x(:, 1)))]
    end function load_sum
 
-   !> See rod_element: the collocation polynomials of force and place.
+   !> See rod_element: the collocation polynomials of force and position.
    function finer_unknowns(self, problem, state, finer, e) result(z)
       class(conforming_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem

@@ -136,8 +136,9 @@ contains
       end associate
    end function finer_unknowns
 
-   !> Change of the element's tangent, internal unknowns eliminated, due to the stresses of a change `factor` of the load factor.
-   !> For factor 0 the derivative, by central differences of sixth order in n h^2/EI, n the section force, h the element's length.
+   !> Change of the element's tangent, internal unknowns eliminated, by the stresses of a change `factor` of the load factor. For
+   !> factor 0 its derivative, by central differences of sixth order in n h^2/EI, with the section force n and the element's length
+   !> h.
    subroutine stress_stiffness(self, problem, state, du, dz, e, factor, k, shift)
       class(ge_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -146,8 +147,8 @@ contains
       integer, intent(in) :: e
       real(wp), intent(in) :: factor
       real(wp), intent(out) :: k(6, 6), shift(6, 2)
-      ! Sixth-order difference: (64 D(e/4) - 20 D(e/2) + D(e)) / 45 with D(e) = (K(e) - K(-e)) / 2e, K(e) the tangent under e times
-      ! the stresses
+      ! Sixth-order difference: (64 D(e/4) - 20 D(e/2) + D(e)) / 45 with D(e) = (K(e) - K(-e)) / 2e and the tangent K(e) under e
+      ! times the stresses.
       real(wp), parameter :: sides(6) = [1.0_wp, -1.0_wp, 0.5_wp, -0.5_wp, 0.25_wp, -0.25_wp]
       real(wp), parameter :: weights(6) = [0.5_wp, -0.5_wp, -20.0_wp, 20.0_wp, 128.0_wp, -128.0_wp] / 45.0_wp
       real(wp), parameter :: small = 0.3_wp    !! n h^2/EI at the outermost points of the difference

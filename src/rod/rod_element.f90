@@ -1,7 +1,7 @@
 !> Interface of all kinds of elements.
 !>
 !> A kind of element extends rod_element_t in a module of its own and has an entry in rod_elements. The type has no data: all data
-!> are in the problem and the state, and the element's unknowns besides the displacements of its nodes are the first z_size of
+!> are in the problem and the state. Besides the displacements of its nodes, the unknowns of element e are the first z_size of
 !> state%z(:, e).
 module rod_element
    use kinds, only: wp
@@ -42,7 +42,7 @@ module rod_element
          real(wp), intent(out) :: k(6, 6)         !! tangent, symmetric
          real(wp), intent(out) :: fl(6)           !! minus the derivative of f by the load factor
          real(wp), intent(out) :: op(:, :)        !! (at least z_size, ge_columns)
-         real(wp), intent(out) :: defect(3)       !! residuals of the element's own unknowns: rotation [rad], force, place
+         real(wp), intent(out) :: defect(3)       !! residuals of the element's own unknowns: rotation [rad], force, position
          logical, intent(out) :: ok               !! false: singular, other results are undefined
          type(inner_forces_t), intent(inout) :: inner !! in: storage; out: forces of foundations
          real(wp), intent(out) :: shift(6, 2)     !! k times unit translations in x and in y
@@ -77,7 +77,7 @@ module rod_element
          type(problem_t), intent(in) :: problem
          type(state_t), intent(in) :: state
          real(wp), intent(in) :: du(6)            !! nodal displacements per unit of load factor
-         real(wp), intent(in) :: dz(:)            !! unknowns of a kind that takes increments, per unit of load factor
+         real(wp), intent(in) :: dz(:)            !! changes of the stored unknowns, if takes_increments, per unit of load factor
          integer, intent(in) :: e
          real(wp), intent(in) :: factor           !! change of the load factor
          real(wp), intent(out) :: k(6, 6)
@@ -115,7 +115,7 @@ contains
       takes_increments = .true.
    end function takes_increments
 
-   !> Size of forces that cancel in the element; their rounding error remains in its section forces.
+   !> Size of the forces that cancel in the element; their rounding error is part of its section forces.
    function force_scale(self, problem, state, e) result(scale)
       class(rod_element_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -125,8 +125,8 @@ contains
       scale = 0.0_wp
    end function force_scale
 
-   !> Rounding error scale of forces computed from displacements: size of the displacements times stiffness. 0 if the forces are
-   !> stored unknowns.
+   !> Scale of the rounding error of forces computed from displacements: size of the displacements times stiffness. 0 if the forces
+   !> are stored unknowns.
    function force_noise(self, problem, state, e, moved) result(noise)
       class(rod_element_t), intent(in) :: self
       type(problem_t), intent(in) :: problem

@@ -16,7 +16,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(out) :: first(3), second(3)
+      real(wp), intent(out) :: first(3), second(3) !! (n_x, n_y, m)
       class(rod_element_t), pointer :: rod
       rod => rod_at(problem, e)
       call rod%end_forces(problem, state, e, first, second)
@@ -35,7 +35,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(out) :: local(3, 2)
+      real(wp), intent(out) :: local(3, 2) !! (N, Q, M) at each end
       real(wp) :: ends(3, 2), angle
       integer :: side
       call end_forces(problem, state, e, ends(:, 1), ends(:, 2))

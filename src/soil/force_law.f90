@@ -26,7 +26,7 @@ contains
       type(model_t), intent(in) :: model
       type(obstacle_t), intent(in) :: obstacle         !! obstacle with a modulus or a law
       real(wp), intent(in) :: penetration              !! < 0: tension
-      real(wp), intent(out) :: push, spring
+      real(wp), intent(out) :: push, spring            !! force per length, and its derivative
       integer, intent(in), optional :: segment         !! segment of the law; absent or segment_unknown: from the penetration
       integer :: on
       if (obstacle%law == 0) then
@@ -44,10 +44,10 @@ contains
       spring = obstacle%width * spring
    end subroutine foundation_reaction
 
-   !> Segment of a law at a penetration; at a corner the segment beyond.
+   !> Segment of a law at a penetration; at a corner the segment on its far side.
    pure integer function law_segment(law, penetration) result(segment)
       type(law_t), intent(in) :: law
-      real(wp), intent(in) :: penetration
+      real(wp), intent(in) :: penetration !! < 0: tension
       integer :: i
       segment = 1
       do i = 2, size(law%penetration) - 1
@@ -56,8 +56,8 @@ contains
       if (penetration < 0.0_wp .and. segment > 1) segment = -segment
    end function law_segment
 
-   !> First corner of a law on the way from one segment to another: index of the law's point, negative if the corner is on the
-   !> tension side.
+   !> First corner of a law between two segments, in the order from one to the other: index of the law's point, negative if the
+   !> corner is on the tension side.
    pure integer function first_corner(from, to) result(corner)
       integer, intent(in) :: from, to          !! different segments in contact
       logical :: outwards
@@ -75,7 +75,7 @@ contains
       end associate
    end function segment_slope
 
-   !> Force and slope on a segment, continued beyond its ends.
+   !> Force and slope on a segment, extrapolated beyond its ends.
    pure subroutine segment_reaction(law, segment, penetration, force, slope)
       type(law_t), intent(in) :: law
       integer, intent(in) :: segment           !! segment in contact

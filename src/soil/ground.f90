@@ -13,7 +13,7 @@ module ground
 
    integer, parameter :: n_knots = 10 !! degree + 1 of the deviation's polynomial, far above the elements' order
 
-   !> Foundations that act inside elements, and the deviation: the stress-free axis less its collocation polynomial. Without the
+   !> Foundations that act inside elements, and the deviation: the stress-free axis minus its collocation polynomial. Without the
    !> deviation, an arc in a cavity of the same radius would be in contact at the nodes, but not between them.
    type :: ground_t
       type(candidates_t) :: chain               !! nodes along the foundations, in order
@@ -114,8 +114,8 @@ contains
                   table(:, k) = (table(:, k) - table(:, k - 1)) / (ground%knot(k) - ground%knot(k - j + 1))
                end do
             end do
-            ! The rounding error of the values is multiplied by about 2^(j - 1) / (j - 1)! knots^(j - 1) in the j-th difference, and
-            ! by the inverse in the sum of the polynomial; terms that are below rounding in the sum are dropped.
+            ! In the j-th difference the rounding error of the values is multiplied by about 2^(j - 1) / (j - 1)! knots^(j - 1), and
+            ! in the sum of the polynomial by the inverse of this; terms below rounding in the sum are dropped.
             do j = n_knots, 1, -1
                if (maxval(abs(table(:, j))) * largest_product(j) > rounding) exit
             end do
@@ -134,7 +134,7 @@ contains
       end function largest_product
    end function new_ground
 
-   !> Deviation of the stress-free axis at a place inside an element, in global axes.
+   !> Deviation of the stress-free axis at a position inside an element, in global axes.
    pure function home_deviation(ground, e, tau) result(d)
       type(ground_t), intent(in) :: ground
       integer, intent(in) :: e

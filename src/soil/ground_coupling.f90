@@ -1,7 +1,7 @@
 !> Coupled ground: obstacles on which a reaction at one candidate causes settlement at others.
 !>
-!> The law of such ground is  0 <= r _|_ g + T r >= 0  (bilateral: g + T r = 0), g the gap to the undeformed surface, T r the
-!> settlement: eq. (18) of the paper with a full matrix T, symmetric and positive definite.
+!> The law of such ground is 0 <= r _|_ g + T r >= 0 (bilateral: g + T r = 0), with the gap g to the undeformed surface, the
+!> reactions r and the settlement T r: eq. (18) of the paper with a full matrix T, symmetric and positive definite.
 module ground_coupling
    use kinds, only: wp
    use model, only: model_t
@@ -81,7 +81,7 @@ contains
       coupling%compliance(order, order) = part
    end subroutine add_obstacle
 
-   !> Sets `local` to a part of T's diagonal, halved until T less twice this part is positive definite.
+   !> Sets `local` to a part of T's diagonal, halved until T minus twice this part is positive definite.
    subroutine split_local(coupling)
       type(coupling_t), intent(inout) :: coupling
       real(wp), allocatable :: left(:, :)

@@ -1,7 +1,8 @@
 !> Interface points of foundations: ends of contact and corners of laws, as points of a rod.
 !>
-!> At an interface point the force of a foundation is continuous, its derivative is not: an element that contains the point has an
-!> error of low order in its length, whatever the order of the method. A mesh with a node that moves with the point keeps the order.
+!> At an interface point the force of a foundation is continuous, but its derivative is not: an element that contains the point has
+!> an error of low order in its length, whatever the order of the method. A mesh with a node that moves with the point has the full
+!> order.
 module ground_mark
    use kinds, only: wp
    use force_law, only: segment_unknown
@@ -18,7 +19,7 @@ module ground_mark
       integer :: segment(2) = segment_unknown !! segments of the law before and after the point along the rod
    end type mark_t
 
-   !> Interface point as a place along a rod segment, independent of a mesh.
+   !> Interface point as a position along a rod segment, independent of a mesh.
    type :: cut_t
       integer :: rod_segment = 0
       integer :: contact = 0                 !! index into model%contact

@@ -1,9 +1,9 @@
 !> Settlement of an elastic half-space under uniformly loaded rectangles (Boussinesq; A. E. H. Love, Phil. Trans. R. Soc. A 228,
 !> 1929), averaged over a rectangle.
 !>
-!> The rectangles are in one row and have the row's width. The settlement is the mean over the settling rectangle, so the compliance
-!> is twice the energy of the ground over the square of the force: symmetric for any lengths, and positive definite if no two
-!> rectangles overlap. The settlement of the rectangle's centre has neither property.
+!> The rectangles form one row and have the row's width. The settlement is the mean over the settling rectangle, so that the
+!> compliance is twice the energy of the ground over the square of the force: symmetric for any lengths, and positive definite if no
+!> two rectangles overlap. The settlement of the rectangle's centre would be neither.
 module half_space
    use kinds, only: wp, pi
    implicit none

@@ -1,11 +1,11 @@
 !> Settlement w of a Pasternak foundation under point forces: springs connected by a shear layer, k w - G w'' = p, with the modulus
 !> k, the shear stiffness G of the layer, and the force p per length.
 !>
-!> Between two points of the same rod the springs are lumped at both points and the layer is straight, as the rod's own reaction is
-!> lumped at its nodes: the error is of second order in the distance of the points, and G = 0 gives the Winkler foundation.
+!> Between two points of the same rod the springs are lumped at both points and the layer is straight, like the rod's own reaction,
+!> which is lumped at its nodes: the error is of second order in the distance of the points, and G = 0 gives the Winkler foundation.
 !> Elsewhere the ground has no load, and the solution between rods and towards infinity is exact: a point far from others settles by
-!> 1/(2 sqrt(k G)) per unit force (A. P. S. Selvadurai, Elastic Analysis of Soil-Foundation Interaction, 1979), also the end of a
-!> rod, which has a concentrated reaction. A mean over the tributary lengths would have a first-order error under such an end.
+!> 1/(2 sqrt(k G)) per unit force (A. P. S. Selvadurai, Elastic Analysis of Soil-Foundation Interaction, 1979), and so does the end
+!> of a rod, which has a concentrated reaction. A mean over the tributary lengths would have a first-order error under such an end.
 module shear_layer
    use kinds, only: wp
    use lapack, only: dptsv
@@ -21,7 +21,7 @@ contains
       logical, intent(in) :: joined(:)           !! (n - 1) true: a rod connects the point with the next one
       real(wp), intent(in) :: modulus, shear     !! k [force/length^2], G [force], both times the width
       real(wp), intent(out) :: compliance(:, :)  !! (n, n) [length/force]
-      logical, intent(out) :: ok
+      logical, intent(out) :: ok                 !! false: the system is singular
       real(wp) :: diagonal(size(place)), beside(size(place)), h, decay, stiff
       integer :: i, n, info
       n = size(place)

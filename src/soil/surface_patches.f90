@@ -1,8 +1,8 @@
 !> Loaded patches of a coupled ground's surface, one for each candidate.
 !>
-!> The displacements of the ground are small: every candidate loads a fixed patch around its stress-free node, measured along the
-!> stress-free rod from the node nearest to the surface; the patch extends from the middle of the element before to the middle of
-!> the element after the node.
+!> The displacements of the ground are small: every candidate loads a fixed patch around its stress-free node, from the middle of
+!> the element before to the middle of the element after the node. Lengths are measured along the stress-free rod from the node
+!> nearest to the surface.
 module surface_patches
    use kinds, only: wp
    use model, only: model_t
@@ -19,13 +19,13 @@ module surface_patches
       integer :: n = 0
       integer, allocatable :: candidate(:)
       integer, allocatable :: entry(:)           !! (candidates) index of the entry, 0: the obstacle does not couple
-      real(wp), allocatable :: at(:)             !! (n) place of the node along the surface [length]
+      real(wp), allocatable :: at(:)             !! (n) position of the node along the surface [length]
       real(wp), allocatable :: reach(:, :)       !! (2, n) beginning and end of the patch
    end type patches_t
 
 contains
 
-   !> Places the candidates of all obstacles that couple, chain by chain.
+   !> Finds the patches of the candidates of all obstacles that couple, chain by chain.
    function new_patches(model, list, geometry) result(patches)
       type(model_t), intent(in) :: model
       type(candidates_t), intent(in) :: list
@@ -58,7 +58,7 @@ contains
       couples = .not. obstacle%rigid .and. obstacle%ground /= ground_independent
    end function couples
 
-   !> Places a chain along the surface; the node nearest to the surface is placed at its projection on the surface.
+   !> Computes the positions of a chain along the surface; the node nearest to the surface is at its projection on the surface.
    subroutine lay_chain(obstacle, list, geometry, first, last, patches)
       type(obstacle_t), intent(in) :: obstacle   !! straight
       type(candidates_t), intent(in) :: list
@@ -102,7 +102,7 @@ contains
       end do
    end subroutine lay_chain
 
-   !> Entries of an obstacle's candidates, in order along its surface.
+   !> Indices of the entries of an obstacle's candidates, sorted by position along the surface.
    pure function along_surface(patches, list, obstacle) result(order)
       type(patches_t), intent(in) :: patches
       type(candidates_t), intent(in) :: list

@@ -3,9 +3,9 @@
 !>   (K + S(dl)) x = 0,   S the stress stiffness of the step's loads at fixed geometry
 !>
 !> K is the tangent of the state with its supports and active contacts. S of a rod is linear in dl, that of an element is not.
-!> block_krylov finds the largest eigenvalues 1/dl of -K^-1 S'(0), for K of any sign, so the state may be past its first critical
-!> load. From each of these eigenvalues, whose error is of the order of the elements, an iteration leads to the eigenvalue of S(dl).
-!> The estimate improves as the state approaches a critical point.
+!> block_krylov finds the largest eigenvalues 1/dl of -K^-1 S'(0), for K of any sign: the state may be beyond its first critical
+!> load. These eigenvalues have an error of the order of the elements; from each of them an iteration leads to the eigenvalue of
+!> S(dl). The critical load is more accurate for a state closer to it.
 module linear_buckling
    use kinds, only: wp
    use errors, only: error_t, fail
@@ -46,7 +46,7 @@ contains
       type(problem_t), intent(in), target :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(inout), target :: system !! assembled and factored at `state`, unchanged on return
-      integer, intent(in) :: n_modes
+      integer, intent(in) :: n_modes                  !! number of modes wanted
       type(buckling_t), intent(out) :: buckling    !! all modes, n_modes at most
       type(error_t), allocatable, intent(out) :: error
       type(buckling_operator_t) :: operator
@@ -72,7 +72,7 @@ contains
       operator%system => system
       call largest_eigenvalues(operator, n_modes, residual_tolerance, spectrum, error)
       spectrum%n = min(spectrum%n, n_modes)
-      ! Eigenvalues at rounding are zero: the loads do not change the tangent in these modes.
+      ! Eigenvalues at rounding count as zero: the loads do not change the tangent in these modes.
       if (spectrum%n > 0) spectrum%n = count(abs(spectrum%value(:spectrum%n)) > 1.0e3_wp * epsilon(1.0_wp) * &
          & abs(spectrum%value(1)))
       if (spectrum%n == 0) then
@@ -80,7 +80,7 @@ contains
          call fail(error, 'the loads of the step do not change the stiffness: they cannot make anything buckle')
          return
       end if
-      ! With a positive definite tangent a count of eigenvalues proves that these are the first ones.
+      ! If the tangent is positive definite, a count of eigenvalues proves that these are the first ones.
       if (system%negative_pivots + system%hinges == 0) call check_by_counting(operator, n_modes, spectrum, error)
       if (allocated(error)) return
       buckling%step = problem%step
@@ -118,7 +118,7 @@ contains
       pencil%weight = operator%weight
       bound = 1.0_wp / minval(abs(spectrum%value(:spectrum%n)))
       if (.not. allocated(error) .and. spectrum%n == wanted) then
-         ! Just inside the last eigenvalue found, the pivot count and the iteration must agree.
+         ! Just inside the last eigenvalue found, the pivot count must equal the number of eigenvalues from the iteration.
          missing = eigenvalues_below(pencil, bound * inside) /= found(1)
          if (.not. missing) missing = eigenvalues_below(pencil, -bound * inside) /= found(-1)
          if (.not. missing) return
@@ -159,8 +159,8 @@ contains
    !> Iteration from a mode of the pencil to a mode of the stiffness under the finite stresses: K + S(factor), S(0) = 0, S'(0) = K'.
    !>
    !> Inverse iteration with the derivative, and Newton's method for the zero of x^T (K + S) x: both converge quadratically. The
-   !> forms are summed over the elements, so that the rounding of the factored matrix enters squared. `residual` is (K + S) x in the
-   !> norm of the inverse tangent; its square is about the relative error of the load factor.
+   !> forms are summed over the elements, so that the rounding of the factored matrix has a second-order effect only. `residual` is
+   !> (K + S) x in the norm of the inverse tangent; its square is about the relative error of the load factor.
    subroutine settle(self, state, x, factor, residual, error)
       class(buckling_operator_t), intent(inout) :: self
       type(state_t), intent(in) :: state
@@ -188,7 +188,7 @@ contains
          change = -(form + form_s) / form_d
          if (self%system%rigidity%n > 0) change = change - stretching_work(self%system, sx, held) / form_d
          factor = factor + change
-         ! Quadratic convergence ends in rounding.
+         ! Rounding ends the quadratic convergence.
          if (abs(change) <= epsilon(change) * abs(factor) .or. &
             & (abs(change) >= 0.5_wp * last .and. residual < worst_residual)) exit
          last = abs(change)

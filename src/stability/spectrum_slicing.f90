@@ -1,8 +1,8 @@
 !> Eigenvalues nu of (K + nu K') x = 0 nearest zero, counted before they are computed.
 !>
 !> K is positive definite. By Sylvester's law of inertia the number of negative pivots of K + s K' is that of the eigenvalues
-!> between 0 and s. Bisection finds an s with the wanted number below it, however close they are, and an iteration about s computes
-!> them; none can be missed (B. N. Parlett, The Symmetric Eigenvalue Problem, ch. 3).
+!> between 0 and s. Bisection finds an s with the wanted number of eigenvalues between, even close ones, and an iteration about s
+!> computes them; none can be missed (B. N. Parlett, The Symmetric Eigenvalue Problem, ch. 3).
 module spectrum_slicing
    use kinds, only: wp
    use errors, only: error_t, fail
@@ -51,9 +51,9 @@ contains
    !> Eigenvalues of one sign, nearest zero: `wanted` of them, or all up to the bound.
    subroutine slice(pencil, wanted, bound, value, vector, error)
       type(pencil_t), intent(in) :: pencil
-      integer, intent(in) :: wanted
+      integer, intent(in) :: wanted         !! number of eigenvalues wanted
       real(wp), intent(in) :: bound         !! largest eigenvalue of interest; its sign is that of the eigenvalues
-      real(wp), allocatable, intent(out) :: value(:)
+      real(wp), allocatable, intent(out) :: value(:) !! (found) nearest zero first
       real(wp), allocatable, intent(out) :: vector(:, :) !! (n, found)
       type(error_t), allocatable, intent(out) :: error
       type(shifted_t) :: operator
@@ -85,7 +85,7 @@ contains
       operator%coupling = pencil%coupling
       call factorise(shifted_band(pencil, high), pencil%fixed, operator%factor)
       call factor_excess(operator%coupling, operator%factor, pencil%fixed)
-      ! The iteration finds eigenvalues above the shift as well, so more are computed until all below are found.
+      ! The iteration also finds eigenvalues beyond the shift: more are computed until all below the shift are found.
       asked = n_high
       do try = 1, 4
          asked = asked + n_high + 1

@@ -1,10 +1,10 @@
 !> Stress stiffness: change of the tangent by stresses alone, at fixed geometry.
 !>
-!> This is the matrix of classical linear buckling. The displacements of the increment are omitted on purpose: linearised, they
-!> rotate the stiff directions of slender rods without the second-order terms that keep these stiff, and the pencil then has
-!> spurious eigenvalues. The stress stiffness of a rod is linear in the stresses; that of an element, whose inner unknowns are
-!> eliminated, is not. Load factors from the derivative (new_stress_stiffness) have the error O(h^4), whatever the order of the
-!> element; with the finite stresses (stiffness_under) they have the accuracy of the element.
+!> This is the matrix of classical linear buckling, without the displacements of the increment: linearised, they would rotate the
+!> stiff directions of slender rods without the second-order terms that keep them stiff, and the pencil would have spurious
+!> eigenvalues. The stress stiffness of a rod is linear in the stresses; that of an element, whose inner unknowns are eliminated, is
+!> not. Load factors from the derivative (new_stress_stiffness) have the error O(h^4) for any order of the element; with the finite
+!> stresses (stiffness_under) they have the accuracy of the element.
 module stress_stiffness
    use kinds, only: wp
    use problem, only: problem_t, dof, carried_by
@@ -49,15 +49,16 @@ contains
       call sum_stresses(problem, state, system, 0.0_wp, matrix)
    end subroutine new_stress_stiffness
 
-   !> Assembles the stress stiffness for a change of the load factor, and its derivative there, in the node axes of the system.
+   !> Assembles the stress stiffness for a change of the load factor, and its derivative at this change, in the node axes of the
+   !> system.
    subroutine stiffness_under(problem, state, system, factor, matrix, derivative)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! assembled and factored at `state`
       real(wp), intent(in) :: factor           !! change of the load factor, not 0
       type(stress_stiffness_t), intent(out) :: matrix, derivative
-      ! Central differences of an analytic function; their error, the square of this step, is in the derivative of Newton's method
-      ! only.
+      ! Central differences of an analytic function. Their error, of the order of the square of this step, only slows Newton's
+      ! method down.
       real(wp), parameter :: part = 1.0e-3_wp
       type(stress_stiffness_t) :: more
       integer :: c
@@ -147,7 +148,7 @@ contains
 
    contains
 
-      !> Adds the tangent of the step's loads on conforming elements, and sets the rate of these elements' end forces.
+      !> Adds the tangent of the step's loads on conforming elements, and sets the rates of the end forces of these elements.
       subroutine load_carriers()
          type(ge_load_t) :: load
          real(wp) :: force(3), unused(3)
@@ -174,7 +175,7 @@ contains
       type(system_t), intent(in) :: system
       type(stress_stiffness_t), intent(in) :: matrix
       real(wp), intent(in) :: x(:)             !! (n) node axes, zero at the fixed unknowns
-      real(wp), intent(out) :: y(:), form
+      real(wp), intent(out) :: y(:), form      !! (n) product; x^T y
       real(wp) :: force(3), moved(3), bent(3, 3)
       integer :: c
       call apply_elements(problem, system, matrix%element, matrix%shift, matrix%pressure, x, y, form)

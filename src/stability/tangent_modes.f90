@@ -1,9 +1,9 @@
 !> Eigenvalues of the tangent nearest zero and their modes, for stability and branching.
 !>
-!> K x = mu M x on the null space of the active constraints; M contains the weights of the arc-length metric, so that mu is a force
-!> times a length, whatever the mesh. The pivot count c of the tangent numbers the eigenvalues: mu_1 ... mu_c are negative, mu_(c+1)
-!> ... positive. Each is continuous along the path as long as the contact set does not change; if the count changes from c to c + 2,
-!> mu_(c+1) and mu_(c+2) have zeros.
+!> K x = mu M x on the null space of the active constraints. M contains the weights of the arc-length metric, so that mu is a force
+!> times a length, independent of the mesh. The pivot count c of the tangent numbers the eigenvalues: mu_1 ... mu_c are negative,
+!> mu_(c+1) ... positive. Each numbered eigenvalue is continuous along the path while the contact set is unchanged; if the count
+!> changes from c to c + 2, mu_(c+1) and mu_(c+2) have zeros.
 module tangent_modes
    use kinds, only: wp
    use errors, only: error_t
@@ -83,14 +83,14 @@ contains
          call apply_tangent(problem, state, system, held, x, modes%mu(i))
          if (system%rigidity%n > 0) modes%mu(i) = modes%mu(i) + stretching_work(system, operator%weight * held, held)
       end do
-      ! The refined values may be in another order.
+      ! Refinement may change the order of the values.
       do i = 1, modes%n - 1
          j = i - 1 + minloc(abs(modes%mu(i:)), 1)
          modes%mu([i, j]) = modes%mu([j, i])
          modes%x(:, [i, j]) = modes%x(:, [j, i])
          modes%was_negative([i, j]) = modes%was_negative([j, i])
       end do
-      ! Eigenvalues of the operator at its rounding are no modes: the tangent has fewer modes than `wanted`.
+      ! Eigenvalues of the operator at rounding belong to no mode: the tangent has fewer modes than `wanted`.
       modes%n = max(1, count(epsilon(x) * abs(modes%mu) <= bending_stiffness(problem)))
       modes%mu = modes%mu(:modes%n)
       modes%x = modes%x(:, :modes%n)
@@ -103,8 +103,8 @@ contains
       bending_stiffness = minval(1.0_wp / problem%compliance%bending) / problem%size
    end function bending_stiffness
 
-   !> Correction of x^T K x for the artificial extension of inextensible elements in the tangent; x is a multiple of the response to
-   !> the forces `rhs`.
+   !> Correction of x^T K x for the artificial extension that the tangent allows in inextensible elements; x is a multiple of the
+   !> response to the forces `rhs`.
    real(wp) function stretching_work(system, rhs, x) result(work)
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: rhs(:)         !! (n) forces
@@ -112,19 +112,19 @@ contains
       real(wp) :: answer(system%n), force(system%n), stretch(2, system%rigidity%n)
       call solve_effective(system, rhs, answer, stretch)
       work = 0.0_wp
-      ! A zero response has no extension.
+      ! If the response is zero, there is no extension.
       if (.not. abs(dot_product(x, answer)) > 0.0_wp) return
       call shrinking_forces(system%rigidity, stretch * (dot_product(x, x) / dot_product(x, answer)), force)
       work = -dot_product(x, force)
    end function stretching_work
 
    !> Rotates the first n modes, whose eigenvalues are zero, to null vectors that do not depend on rounding. Every rotation of a
-   !> basis of the null space is a basis, but only few of its vectors have the direction of branches.
+   !> basis of the null space is a basis, but only few vectors have the direction of branches.
    !>
-   !> The first vector gives some node the largest displacement that a vector of unit length can give; each further vector does so
-   !> among the vectors orthogonal to those before. If separate parts buckle at the same load, each vector is a mode of one part. In
-   !> a symmetric structure a node on the axis of symmetry selects the vector with its symmetry, along which a branch exists
-   !> (equivariant branching lemma).
+   !> The first vector is the combination of unit length that gives the largest displacement of a node; each further vector is the
+   !> same among the vectors orthogonal to the previous ones. If separate parts buckle at the same load, each vector is a mode of
+   !> one part. In a symmetric structure a node on the axis of symmetry selects the vector with the symmetry of the structure, along
+   !> which a branch exists (equivariant branching lemma).
    subroutine choose_null_vectors(problem, state, system, n, modes)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state     !! at which the system is assembled
@@ -143,7 +143,8 @@ contains
          do node = 1, size(reach)
             call furthest(part(:, :, node), reach(node), along)
          end do
-         ! Among nodes with equal displacement, as in equal parts, the first is chosen; the error of the modes must not decide.
+         ! Among nodes with equal displacement, as in equal parts, the first is chosen, so that the error of the modes does not
+         ! select one.
          node = findloc(reach >= (1.0_wp - 10.0_wp * mode_tolerance) * maxval(reach), .true., 1)
          call furthest(part(:, :, node), reach(node), along)
          c = matmul(along, part(:, :, node))
@@ -172,20 +173,20 @@ contains
       half = hypot(0.5_wp * (xx - yy), xy)
       reach = sqrt(0.5_wp * (xx + yy) + half)
       along = [1.0_wp, 0.0_wp]
-      ! All directions have the same displacement: the direction of x is chosen.
+      ! All directions have the same displacement: the x direction is chosen.
       if (half <= mode_tolerance * (xx + yy)) return
       angle = 0.5_wp * atan2(2.0_wp * xy, xx - yy)
       along = [cos(angle), sin(angle)]
    end subroutine furthest
 
-   !> K x and x^T K x, without the rounding error of the assembled tangent (see apply_elements).
+   !> K x and x^T K x without the rounding error of the assembled tangent (see apply_elements).
    subroutine apply_tangent(problem, state, system, x, y, form)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! assembled at `state`
       real(wp), intent(in) :: x(:)             !! (n) node axes, zero at the fixed unknowns
       real(wp), intent(out) :: y(:)            !! (n)
-      real(wp), intent(out) :: form
+      real(wp), intent(out) :: form            !! x^T y
       real(wp) :: force(2), k(3, 3), excess, pressure(2, problem%model%mesh%n_elements)
       type(node_push_t), allocatable :: pushed(:)
       integer :: c, i, node
@@ -214,7 +215,7 @@ contains
 
    contains
 
-      !> Adds the product of a matrix on a node.
+      !> Adds the product of the vector with a matrix at a node.
       subroutine add_node(at, matrix)
          integer, intent(in) :: at
          real(wp), intent(in) :: matrix(3, 3)
@@ -236,7 +237,7 @@ contains
       end do
    end subroutine apply_inverse
 
-   !> A mode at the deck's nodes, scaled, and its sense.
+   !> A mode at the deck's nodes, scaled, and whether its sign was changed.
    subroutine deck_mode(problem, state, system, x, mode, sense)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state     !! at which the system is assembled
@@ -248,7 +249,7 @@ contains
       call scale_mode(mode, sense)
    end subroutine deck_mode
 
-   !> A mode at the deck's nodes in global axes. On the deck's own mesh the values are those of the nodes, even if these have moved
+   !> A mode at the deck's nodes in global axes. On the deck's own mesh the values are those of the nodes, even if nodes have moved
    !> along the rods.
    function deck_values(problem, state, system, x) result(values)
       type(problem_t), intent(in) :: problem
@@ -285,8 +286,8 @@ contains
       end do
    end function nodal_values
 
-   !> Scales a mode to a largest translation of 1. The first node that moves by at least half of this moves in the positive sense of
-   !> its larger component.
+   !> Scales a mode to a largest translation of 1. Its sign is chosen so that the larger component of the first node that moves by
+   !> at least half of this is positive.
    pure subroutine scale_mode(mode, sense)
       real(wp), intent(inout) :: mode(:, :)  !! (3, nodes) global axes
       real(wp), intent(out) :: sense         !! -1 if the sign was changed, else 1
@@ -305,10 +306,10 @@ contains
    end subroutine scale_mode
 
    !> Eigenvalue with a given number in ascending order. If it was not computed: the largest computed magnitude, with the sign of
-   !> this eigenvalue.
+   !> the eigenvalue.
    !>
-   !> For an eigenvalue near zero the signs of pivots and of the iteration are rounding, independent of each other, while the
-   !> refined value is right. The count c is then bounded by the counts at both ends of the path increment.
+   !> For an eigenvalue near zero the signs of the pivots and of the iteration are rounding and may differ, while the refined value
+   !> is right. The count c is then limited by the counts at both ends of the path increment.
    pure real(wp) function numbered_eigenvalue(modes, number, least, most) result(mu)
       type(modes_t), intent(in) :: modes
       integer, intent(in) :: number         !! without spurious negative pivots, as in events
@@ -320,7 +321,7 @@ contains
       do i = 1, modes%n - 1
          if (abs(modes%mu(i)) <= next_to_zero * abs(modes%mu(i + 1))) tiny_ones = i
       end do
-      ! Count without the eigenvalues near zero: the negative ones among the rest, computed or not.
+      ! Number of negative eigenvalues, computed or not, without those near zero.
       counted = modes%pivots - count(modes%was_negative(:tiny_ones))
       if (tiny_ones > 0 .and. tiny_ones <= most - least) counted = min(max(counted, least + modes%hinges), &
          & most + modes%hinges - tiny_ones)

@@ -2,10 +2,10 @@
 !>
 !> Axial stiffness exceeds bending stiffness by EA L^2/EI times the square of the number of elements. If this ratio approaches the
 !> inverse of the machine precision, the assembled tangent K has no digits of bending left. The slope of the path, the pivots and
-!> the points located by them are then wrong. The forces in equilibrium remain right, because they are stored unknowns instead of EA
-!> times a difference. Products of the element matrices with the path tangent t (element_products) are accurate: K t should be the
-!> load, and t.(load - K t)/<t, t> is the change by rounding of eigenvalues of modes like t. The value is finite where K becomes
-!> singular; at an exactly singular K the load on the artificial springs of the factors is not counted as rounding.
+!> the points located by them are then wrong. The forces in equilibrium remain right, because they are stored unknowns, not EA times
+!> a difference. Products of the element matrices with the path tangent t (element_products) are accurate: K t should be the load,
+!> and t.(load - K t)/<t, t> estimates the change by rounding of eigenvalues whose modes are like t. It is finite where K becomes
+!> singular; at an exactly singular K the load on the artificial springs of the factors does not count as rounding.
 module tangent_rounding
    use kinds, only: wp
    use problem, only: problem_t, dof
@@ -21,13 +21,14 @@ module tangent_rounding
 
 contains
 
-   !> Stiffness along the path, t.K t/<t, t> for its tangent t, and the part of it that is rounding: force times length.
+   !> Stiffness along the path, t.K t/<t, t> for the path tangent t, and the part of it that is rounding; both are force times
+   !> length.
    subroutine path_stiffness(problem, state, system, stiffness, rounding)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! assembled and factored at `state`
       real(wp), intent(out) :: stiffness       !! absolute value of the stiffness; zero at limit points, and if nothing moves
-      real(wp), intent(out) :: rounding
+      real(wp), intent(out) :: rounding        !! part of the stiffness that is rounding
       real(wp) :: force(system%n), left(system%n), work, length
       integer :: node, d
       stiffness = 0.0_wp
@@ -47,8 +48,8 @@ contains
       end associate
    end subroutine path_stiffness
 
-   !> True if the factored tangent answers a line load along one of the axes by displacements whose forces, summed over the
-   !> elements, are not this load: half of its work is rounding. Line loads bend what the loads of a step may only compress.
+   !> True if half of the work of the factored tangent is rounding: its response to a line load along one of the axes has forces,
+   !> summed over the elements, that differ from the load. Line loads also bend structures that the loads of the step only compress.
    logical function is_rounding(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -71,8 +72,8 @@ contains
       end do
    end function is_rounding
 
-   !> Advice against rounding: fewer elements, or a smaller EA if elements are stiffer axially than in bending. Bending alone has a
-   !> rounding error by the fourth power of the number of elements.
+   !> Advice to avoid rounding: fewer elements, or a smaller EA if elements are stiffer axially than in bending. The rounding error
+   !> of bending alone grows with the fourth power of the number of elements.
    pure function rounding_cure(problem, state) result(words)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -1,4 +1,4 @@
-!> Loads on nodes in a state: constant loads of earlier steps and the present step's loads.
+!> Loads on nodes in a state: constant loads of earlier steps and loads of the present step.
 module node_loads
    use kinds, only: wp
    use point_load, only: point_load_item_t
@@ -13,7 +13,7 @@ module node_loads
       integer :: node = 0
       real(wp) :: force(3) = 0.0_wp              !! force in x and in y, couple
       real(wp) :: rate(3) = 0.0_wp               !! derivative of `force` with respect to the load factor
-      real(wp) :: stiffness(3, 3) = 0.0_wp       !! minus the derivatives of `force` with respect to place and rotation
+      real(wp) :: stiffness(3, 3) = 0.0_wp       !! minus the derivatives of `force` with respect to position and rotation
       real(wp) :: stiffness_rate(3, 3) = 0.0_wp  !! derivative of `stiffness` with respect to the load factor
       logical :: sound = .true.                  !! false: the load has no direction in this state; all values are zero
    end type node_push_t
@@ -25,7 +25,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: node
-      real(wp), intent(out) :: load(3), rate(3)
+      real(wp), intent(out) :: load(3), rate(3) !! in x and y, couple; derivatives
       rate = problem%model%step(problem%step)%load%node_force(:, node)
       load = problem%constant%node_force(:, node) + state%load_factor * rate
    end subroutine dead_node_load

@@ -2,8 +2,8 @@
 !> constants derived from both.
 !>
 !> The mesh is that of the deck or another one (remeshed_problem): `deck` is the model on the deck's mesh, `model` the same model on
-!> the working mesh.
-!> Requests of the deck refer to material points: a rod segment of its layout and a coordinate along the segment.
+!> the working mesh. Cards of the deck refer to material points, each given by a rod segment of the layout and a coordinate along
+!> it.
 module problem
    use kinds, only: wp
    use model, only: model_t, load_t, new_load, complete_joints
@@ -41,7 +41,7 @@ module problem
    integer, parameter :: mesh_of_spans = 3               !! nodes follow touchdown points of contact spans and interface points of
    !! foundations
 
-   !> The problem: see the module's header.
+   !> Data of the problem, see the module's header.
    type :: problem_t
       type(model_t) :: model                             !! the model on the working mesh
       type(model_t) :: deck                              !! the model on the deck's mesh
@@ -49,7 +49,7 @@ module problem
       type(mesh_density_t), allocatable :: demand(:)           !! (rod segments) mesh density of the next mesh
       logical :: deck_mesh = .true.                      !! true: the working mesh is the deck's, node by node
       integer, allocatable :: rod_segment(:)             !! (elements) rod segment of the element
-      real(wp), allocatable :: origin(:)                 !! (elements) coordinate along the rod segment less the nominal coordinate
+      real(wp), allocatable :: origin(:)                 !! (elements) coordinate along the rod segment minus the nominal coordinate
       integer, allocatable :: along(:)                   !! (elements) all elements in order, segment by segment
       integer, allocatable :: element_first(:)           !! (rod segments) index in `along` of the first element
       integer, allocatable :: element_last(:)            !! (rod segments) index in `along` of the last element; on any mesh but the
@@ -73,7 +73,7 @@ module problem
       logical, allocatable :: covered(:, :)              !! (rod segments, contacts) true: contact spans are allowed all along the
       !! segment; false: nowhere on the segment
       integer :: mesh_kind = mesh_fixed
-      type(contact_span_t), allocatable :: contact_span(:) !! contact spans in order along the rods; places of their ends are those
+      type(contact_span_t), allocatable :: contact_span(:) !! contact spans in order along the rods; their ends are at the positions
       !! at which this mesh was made
       integer, allocatable :: conforms(:)                !! (elements) candidate at the first node if the element lies on a track,
       !! 0: free element
@@ -117,7 +117,7 @@ contains
       is_sampled = problem%mesh_kind == mesh_sampled
    end function is_sampled
 
-   !> Assignment of a problem as a procedure, because the compiler expands the copies of all components at each assignment.
+   !> Assigns a problem. A procedure, because the compiler would expand the copies of all components at each assignment.
    pure subroutine copy_problem(from, to)
       type(problem_t), intent(in) :: from
       type(problem_t), intent(inout) :: to
@@ -325,7 +325,7 @@ contains
       if (problem%conforms(e) > 0) carrier = problem%model%obstacle(problem%candidates%obstacle(problem%conforms(e)))%carrier
    end function carried_by
 
-   !> Unknowns of nodes that carry obstacles, the border of the band; all three, as the matrices of nodes have.
+   !> Unknowns of nodes that carry obstacles, the border of the band; all three of each node, as matrices of nodes have.
    pure function carried_unknowns(problem) result(unknown)
       type(problem_t), intent(in) :: problem
       integer, allocatable :: unknown(:)
@@ -388,7 +388,7 @@ contains
       rounding_gap = 8.0_wp * epsilon(rounding_gap) * problem%size
    end function rounding_gap
 
-   !> Largest initial gap that counts as contact in the stress-free structure: coordinates of a deck may be rounded to ten digits.
+   !> Largest initial gap that counts as contact in the stress-free structure: a deck may round coordinates to ten digits.
    pure real(wp) function touching_gap(problem)
       type(problem_t), intent(in) :: problem
       touching_gap = 1.0e-10_wp * problem%size

@@ -32,7 +32,7 @@ module rod_state
       real(wp), allocatable :: z(:, :)        !! (largest z_size, elements) stored section forces
       logical, allocatable :: active(:)       !! (candidates) true: in contact
       real(wp), allocatable :: reaction(:)    !! (candidates) normal reaction, > 0 in compression
-      real(wp), allocatable :: couple(:)      !! (candidates) couple on a node that takes the direction of its track, without the
+      real(wp), allocatable :: couple(:)      !! (candidates) couple on a node that has the direction of its track, without the
       !! couples of the elements on the track
       logical, allocatable :: grounded(:)     !! (elements) true: a distributed foundation was in contact with the element at the
       !! last converged point
@@ -45,9 +45,9 @@ module rod_state
 
 contains
 
-   !> Stress-free initial state. Active are bilateral candidates and those without gap, as far as they may react: they may be the
-   !> only supports. Of several candidates on rigid obstacles with parallel normals at one node only the first is active. Contact
-   !> spans are always active.
+   !> Stress-free initial state. Bilateral candidates and candidates without gap are active if they may react, because they may be
+   !> the only supports. Of several candidates on rigid obstacles with parallel normals at one node only the first is active.
+   !> Contact spans are always active.
    function new_state(problem) result(state)
       type(problem_t), intent(in) :: problem
       type(state_t) :: state
@@ -103,7 +103,7 @@ contains
       u(4:6) = state%u(:, problem%model%mesh%node(2, e))
    end function element_displacement
 
-   !> Compliance of an element: that of the problem, with its variation between the stages where the section varies.
+   !> Compliance of an element, with its variation between the stages if the section varies.
    pure function element_compliance(problem, state, e) result(compliance)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -114,7 +114,7 @@ contains
       if (varies(problem%model%section(problem%model%mesh%section(e)))) call vary_compliance(problem, state, e, compliance)
    end function element_compliance
 
-   !> Takes the compliances of the sections at the stages.
+   !> Sets the compliances of the sections at the stages.
    pure subroutine vary_compliance(problem, state, e, compliance)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -195,7 +195,7 @@ contains
       x = state%geometry%x(:, node) + state%u(1:2, node)
    end function node_position
 
-   !> Where an obstacle is. One that a node carries has the displacements and the rotation of the node, about the node.
+   !> Position of an obstacle. An obstacle carried by a node has the displacements of the node and its rotation, about the node.
    pure type(pose_t) function pose_of(problem, state, obstacle) result(pose)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -211,7 +211,7 @@ contains
    end function pose_of
 
    !> Offset added to the distance of a candidate (of contact or of a foundation) from its obstacle: the `gap` of the deck and the
-   !> unresolved part of the initial overlap, less the closing so far.
+   !> unresolved part of the initial overlap, minus the closing so far.
    pure real(wp) function candidate_offset(problem, state, list, candidate) result(offset)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -253,7 +253,7 @@ contains
       call chain_gap(problem, state, problem%candidates, candidate, gap, normal, bend)
    end subroutine candidate_gap
 
-   !> As candidate_gap, for a candidate of either list: problem%candidates or problem%ground%chain (foundations).
+   !> The same as candidate_gap, for a candidate of either list: problem%candidates or problem%ground%chain (foundations).
    pure subroutine chain_gap(problem, state, list, candidate, gap, normal, bend)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -265,13 +265,13 @@ contains
       end associate
    end subroutine chain_gap
 
-   !> As chain_gap, at a place of the element after a candidate.
+   !> The same as chain_gap, at a point of the element after a candidate.
    pure subroutine gap_at(problem, state, list, candidate, home, displacement, gap, normal, bend)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(candidates_t), intent(in) :: list
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: home(2), displacement(2) !! stress-free place
+      real(wp), intent(in) :: home(2), displacement(2) !! stress-free position
       real(wp), intent(out) :: gap, normal(2), bend
       real(wp) :: at_home
       type(pose_t) :: pose
@@ -279,14 +279,15 @@ contains
          pose = pose_of(problem, state, obstacle)
          call moved_gap(problem%model%obstacle(obstacle), home, pose%own_motion(home, displacement), at_home, gap, normal, bend)
          normal = pose%direction(normal)
-         ! The initial gap is exactly zero for a rod on its obstacle, and for a foundation with tension, which begins without force.
+         ! The initial gap is exactly zero for a rod on its obstacle, and for a foundation with tension, which has no force at the
+         ! start.
          at_home = at_home + offset
          if (problem%model%obstacle(obstacle)%bilateral .or. abs(at_home) <= rounding_gap(problem)) at_home = 0.0_wp
          gap = gap + at_home + (candidate_offset(problem, state, list, candidate) - offset)
       end associate
    end subroutine gap_at
 
-   !> Gap of a candidate to the surface as settled under the reactions; the gap itself for a surface without settlement.
+   !> Gap of a candidate to the surface settled under the reactions; the gap itself for a surface without settlement.
    real(wp) function candidate_opening(problem, state, candidate) result(opening)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -296,9 +297,9 @@ contains
       opening = opening + settlement(problem%coupling, candidate, state%reaction)
    end function candidate_opening
 
-   !> True if a rigid obstacle with this normal can exert a reaction on the candidate's node. False if supports of the node take the
-   !> whole reaction, or if the node is tied to another node, which then has the contact. Always true for a foundation, which reacts
-   !> to its gap.
+   !> True if a rigid obstacle with this normal can exert a reaction on the candidate's node. False if supports of the node carry
+   !> the whole reaction, or if the node is tied to another node, which then has the contact. Always true for a foundation, whose
+   !> reaction depends on its gap.
    pure logical function may_react(problem, candidate, normal)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate

@@ -1,10 +1,10 @@
 !> Tied nodes: their displacements as functions of the unknowns, and the transformation of forces and matrices.
 !>
-!> The unknown of a tied component is the difference from the value that its tie prescribes; this unknown is fixed at zero like a
-!> support. With the displacements u = T(q) of all nodes as functions of the unknowns q, forces f on the nodes are forces T'^T f on
-!> the unknowns. The tangent K becomes T'^T K T', plus, for a tie that rotates with a node (rigid links), the tie force times the
-!> second derivative of T. The derivative T' differs from the unit matrix only in the blocks of this module, and in those of nodes
-!> that touch carried obstacles (carried_obstacles).
+!> The unknown of a tied component is the difference from the value that its tie prescribes; it is fixed at zero like a support. Let
+!> u = T(q) be the displacements of all nodes as functions of the unknowns q. Forces f on the nodes are then forces T'^T f on the
+!> unknowns. The tangent K becomes T'^T K T', plus, for a tie that rotates with a node (rigid links), the tie force times the second
+!> derivative of T. The derivative T' differs from the unit matrix only in the blocks of this module, and in those of nodes that
+!> touch carried obstacles (carried_obstacles).
 module tied_nodes
    use kinds, only: wp
    use model, only: tie_t
@@ -22,7 +22,7 @@ contains
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: u(:, :)            !! (3, nodes) displacements
       logical, intent(in) :: turned(:)           !! (nodes) true: rotated axes, see system_t; false for tied nodes
-      real(wp), intent(in) :: axis(:, :), roll(:), lean(:)
+      real(wp), intent(in) :: axis(:, :), roll(:), lean(:) !! (2, nodes), (nodes): see system_t
       real(wp), intent(inout) :: block(:, :, :)  !! (3, 3, size(problem%ties%of)) in: blocks of nodes that touch carried obstacles;
       !! out: complete; rows: global axes, columns: node axes
       real(wp) :: arm(2)
@@ -57,7 +57,7 @@ contains
             if (.not. problem%ties%follows(of)) then
                to = first(node) - 1 + findloc(list(first(node):first(node + 1) - 1), of, 1)
                block(component, :, to) = block(component, :, to) + factor * own_row(of, part)
-               ! The node that is followed goes along with the nodes that carry the obstacles which it touches.
+               ! The followed node in turn follows the nodes that carry the obstacles in contact with it.
                do b = first(of), first(of + 1) - 1
                   to = first(node) - 1 + findloc(list(first(node):first(node + 1) - 1), list(b), 1)
                   block(component, :, to) = block(component, :, to) + factor * matmul(own_row(of, part), block(:, :, b))
@@ -102,7 +102,7 @@ contains
          value = value + tie%factor(k) * u(tie%part(k), tie%of(k))
       end do
       if (tie%turner == 0 .or. tie%component == 3) return
-      ! (R - 1) arm, R the rotation, in a form without cancellation.
+      ! (R - 1) arm with the rotation R, in a form without cancellation.
       half = 0.5_wp * u(3, tie%turner)
       change = (2.0_wp * sin(half)) * [-sin(half) * tie%arm(1) - cos(half) * tie%arm(2), &
          & cos(half) * tie%arm(1) - sin(half) * tie%arm(2)]
@@ -132,7 +132,7 @@ contains
    end function tie_swing
 
    !> Increments of a node's displacements and rotation in node axes. For a tied node: increments in global axes, from the unknowns
-   !> of the nodes that the tie refers to.
+   !> of the nodes that it follows.
    pure function node_unknowns(problem, block, node, x) result(du)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: block(:, :, :)     !! from set_blocks
@@ -173,7 +173,7 @@ contains
    pure subroutine add_matrix(problem, block, nodes, k, band)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: block(:, :, :)     !! from set_blocks
-      integer, intent(in) :: nodes(:)
+      integer, intent(in) :: nodes(:)            !! one or two nodes
       real(wp), intent(in) :: k(:, :)            !! (3 nodes, 3 nodes) in the nodes' axes; global axes for tied nodes
       type(band_t), intent(inout) :: band
       integer :: place(size(nodes) + size(block, 3)), end_of(size(nodes) + size(block, 3)), with(size(nodes) + size(block, 3))

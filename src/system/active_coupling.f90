@@ -1,4 +1,4 @@
-!> Ground that couples candidates (half-space, shear layer), in the equations about the present contact set.
+!> Ground that couples candidates (half-space, shear layer), in the equations linearised with the present contact set.
 !>
 !> For the active candidates g + T r = 0 (gaps g, reactions r, compliance matrix T, see ground_coupling): the ground is a spring
 !> with the full stiffness matrix S = T^-1, r = -S g. The band matrix K contains a stiffer ground instead, independent springs e =
@@ -7,8 +7,8 @@
 !>
 !>   (K - N W N^T)^-1 = K^-1 + X (W^-1 - N^T X)^-1 X^T,   X = K^-1 N,   N^T the derivatives of the gaps by the unknowns.
 !>
-!> The band is regular wherever contact alone supports the structure, and by Haynsworth's theorem the true tangent has the negative
-!> eigenvalues of the band and those of the small matrix.
+!> The band is regular also if contact alone supports the structure. By Haynsworth's theorem the number of negative eigenvalues of
+!> the true tangent is that of the band plus that of the small matrix.
 module active_coupling
    use kinds, only: wp
    use ground_coupling, only: coupling_t
@@ -185,8 +185,8 @@ contains
       call factor_symmetric(set%small, set%pivot, max(sqrt(epsilon(largest)) * largest, tiny(largest)), set%negative_pivots, zero)
    end subroutine factor_excess
 
-   !> Corrects x = K^-1 b, a solution with the band, whose ground is too stiff by W, to the solution with the true stiffness of the
-   !> ground; fixed unknowns keep their values.
+   !> Corrects x = K^-1 b, a solution with the band, whose ground is too stiff by W, for the true stiffness of the ground; fixed
+   !> unknowns keep their values.
    subroutine add_excess_response(set, x)
       type(active_coupling_t), intent(in) :: set
       real(wp), intent(inout) :: x(:)              !! (unknowns)

@@ -1,9 +1,9 @@
 !> Inextensible rods: correction of solutions for the artificial extension of the factored tangent.
 !>
-!> The stored section forces and defects of such elements have 1/EA = 0, so equilibrium is exact. A straight element would then have
-!> an infinite axial stiffness, so the tangent has an artificial axial compliance, a small part of the bending compliance
+!> The stored section forces and defects of such elements have 1/EA = 0, so that equilibrium is exact. Since a straight element
+!> would have an infinite axial stiffness, the tangent has an artificial axial compliance, a small part of the bending compliance
 !> (ge_element). Solutions with the factored tangent are corrected here: the artificial extension of each element is applied to the
-!> element as a stress-free distortion of opposite sign. Each correction reduces the error to that small part of the previous error.
+!> element as a stress-free distortion of opposite sign. Each correction reduces the error by this small ratio of both compliances.
 module axial_rigidity
    use kinds, only: wp
    use problem, only: problem_t, dof

@@ -1,7 +1,7 @@
 !> Check that straight inextensible rods are statically determinate at the start.
 !>
-!> A straight inextensible rod fixes the distance of its ends. If other rods or supports fix this distance already, the force in the
-!> rod is undetermined, and heat or a moving support would require an extension. Curved rods bend and are never indeterminate.
+!> A straight inextensible rod fixes the distance of its ends. If other rods or supports also fix this distance, the force in the
+!> rod is indeterminate, and heat or a moving support would require an extension. Curved rods bend and are never indeterminate.
 module bar_check
    use kinds, only: wp
    use text, only: to_text
@@ -17,7 +17,7 @@ module bar_check
 
 contains
 
-   !> Message that names a straight inextensible rod whose end distance is fixed even without the rod; '' if there is none.
+   !> Message that names a straight inextensible rod whose end distance other rods or supports also fix; '' if there is none.
    function indeterminate_bar(problem, state) result(words)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state       !! at the start

@@ -3,7 +3,7 @@
 !>
 !>   K x - load y = rhs      row.x + corner y = path
 !>
-!> K is the tangent: the band less the excess stiffness of coupled ground (active_coupling). x and y are the increments of the
+!> K is the tangent: the band minus the excess stiffness of coupled ground (active_coupling). x and y are the increments of the
 !> unknowns and of the load factor, `load` the forces per unit of load factor, rhs the forces to be balanced. The second equation is
 !> the linearised path constraint, whose right-hand side is `path`. The constraint row makes the system regular at limit points,
 !> where K is singular.
@@ -62,8 +62,9 @@ contains
       system%negative_pivots = system%factor%negative_pivots + system%coupling%negative_pivots - system%hinges
    end subroutine factor_system
 
-   !> System in which the artificial extension of inextensible elements (about 1e-8 of bending) remains in solutions. This system is
-   !> linear in the unknowns alone, whereas the force of an inextensible element is not a function of the unknowns.
+   !> System whose solutions contain the artificial extension of inextensible elements (about 1e-8 of bending). Such solutions are a
+   !> linear function of the unknowns alone; without the artificial extension the force in an inextensible element is an independent
+   !> variable.
    function with_stretch(system) result(stretching)
       type(system_t), intent(in) :: system     !! factored
       type(system_t) :: stretching             !! factored
@@ -98,7 +99,7 @@ contains
       if (present(stretch)) stretch = given
    end subroutine solve_effective
 
-   !> Responses to many force vectors at constant load factor, as solve_effective.
+   !> Responses to many force vectors at constant load factor, each as in solve_effective.
    subroutine solve_all_effective(system, x)
       type(system_t), intent(in) :: system     !! factored
       real(wp), intent(inout) :: x(:, :)       !! (n, any number) in: forces, 0 at fixed unknowns; out: responses
@@ -135,7 +136,7 @@ contains
          call solve_constrained(system, force, held, x)
          x = first + x
       end do
-      ! If only the artificial extension differs from rounding, the solution is zero.
+      ! If nothing but the artificial extension exceeds rounding, the solution is zero.
       if (is_rounding(3) .and. is_rounding(1) .and. is_rounding(2)) x = 0.0_wp
 
    contains
@@ -169,7 +170,7 @@ contains
       call timing_stop(phase_solution)
    end subroutine solve_constrained
 
-   !> Makes a functional the path constraint: its change is the right-hand side of solve_bordered.
+   !> Makes a functional the quantity of the path constraint: solve_bordered prescribes its change.
    pure subroutine set_path_row(system, held)
       type(system_t), intent(inout) :: system
       type(functional_t), intent(in) :: held
@@ -177,12 +178,12 @@ contains
       system%path_corner = held%by_load
    end subroutine set_path_row
 
-   !> The functional row.u + by_load times the load factor, u the displacements of the nodes.
+   !> The functional row.u + by_load times the load factor, with the displacements u of the nodes.
    function linear_functional(problem, system, row, by_load) result(linear)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: row(:, :)      !! (3, nodes) in global axes
-      real(wp), intent(in) :: by_load
+      real(wp), intent(in) :: by_load        !! derivative by the load factor
       type(functional_t) :: linear
       linear%by_unknown = unknowns_of(problem, system, row)
       linear%by_load = by_load
@@ -208,24 +209,24 @@ contains
    subroutine solve_bordered(system, rhs, prescribed, path_rhs, x, y, ok)
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: rhs(:), prescribed(:) !! (n)
-      real(wp), intent(in) :: path_rhs
+      real(wp), intent(in) :: path_rhs              !! `path`, see the header
       real(wp), intent(inout) :: x(:)               !! (n) increments of the unknowns, node axes
       real(wp), intent(out) :: y                    !! increment of the load factor
-      logical, intent(out) :: ok
+      logical, intent(out) :: ok                    !! false: singular
       real(wp) :: pivot
       y = 0.0_wp
       call solve_constrained(system, rhs, prescribed, x)
       if (system%roll_at > 0) x = x + system%roll_by * system%rolled
       pivot = dot_product(system%path_row, system%tangent) + system%path_corner
-      ! With a zero constraint row, as under load control, the border cannot make a singular tangent regular.
+      ! A zero constraint row, as under load control, cannot make a singular tangent regular.
       ok = abs(pivot) > 0.0_wp .and. .not. (system%factor%deficient .and. all(abs(system%path_row) <= 0.0_wp))
       if (.not. ok) return
       y = (path_rhs - dot_product(system%path_row, x)) / pivot
       x = x + y * system%tangent
    end subroutine solve_bordered
 
-   !> Linear change of the stored section forces for an increment of unknowns and load factor, without the terms that eliminate the
-   !> elements' own defects.
+   !> Linear change of the stored section forces for an increment of unknowns and load factor, without the part by which the
+   !> elements' own defects are eliminated.
    function resultant_rates(problem, system, x, y) result(rate)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -234,7 +235,7 @@ contains
       rate = rates_of(problem, system, x, all_to_global(problem, system, x), y)
    end function resultant_rates
 
-   !> As resultant_rates, with the increments in global axes as well.
+   !> The same as resultant_rates, for increments that are also given in global axes.
    function rates_of(problem, system, x, du, y) result(rate)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system

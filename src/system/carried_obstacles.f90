@@ -1,17 +1,17 @@
-!> Obstacles that nodes carry: bodies without mass that have the displacements and the rotation of a node, whose supports, springs
-!> and loads say how they move.
+!> Obstacles carried by nodes: bodies without mass that have the displacements and the rotation of a node. Supports, springs and
+!> loads of this node determine their motion.
 !>
-!> The equations of a node in contact with such an obstacle are those of its displacements relative to the obstacle. With x the
-!> unknowns of the node in its axes A and d the displacements and the rotation of the node that carries the obstacle, the node moves
-!> by A x + B d. The nodes of a line contact go along with the obstacle: B is then B_rigid, the motion of the body at the node. A
-!> point contact is pushed along the normal, and the obstacle slides along it: the rod is not strained more than it must, nor is the
-!> stiffness of the body a difference of large numbers. Where a support or a second obstacle holds the node, B d is along what these
-!> leave free. The gap is unchanged in all cases. The forces on all touching nodes, B^T times each, then act on the carrier: it is
-!> in equilibrium together with what touches the obstacle. Contact forces do not enter, nor derivatives of the contact's geometry.
-!> Conforming elements and the terms of contact depend on w, the displacements relative to the obstacle: A x + (B - B_rigid) d.
+!> The unknowns of a node in contact with such an obstacle are its displacements relative to the obstacle. With these unknowns x in
+!> the node's axes A, and the displacements and rotation d of the node that carries the obstacle, the node moves by A x + B d. For
+!> nodes of a line contact B is B_rigid, the motion of the body at the node. For a point contact B d is along the normal, and the
+!> obstacle slides along the rod: the rod is not strained needlessly, and the stiffness of the body is no difference of large
+!> numbers. If a support or a second obstacle fixes the node in a direction, B d has the remaining direction. The gap is unchanged
+!> in all cases. The forces on all nodes in contact, each times B^T, act on the carrier, which is in equilibrium together with these
+!> nodes. Contact forces and derivatives of the contact's geometry do not enter. Conforming elements and the terms of contact depend
+!> on w, the displacements relative to the obstacle: A x + (B - B_rigid) d.
 !>
-!> A body that turns by f about its pivot moves a touching node, with the arm r from the pivot and J a quarter turn, by
-!> f J r + w. The second variation of this motion, 2 f J w - f^2 r, times the force on the node is a term of the tangent.
+!> A body that turns by f about its pivot moves a node in contact by f J r + w, with the arm r from the pivot to the node and a
+!> quarter turn J. The second variation of this motion, 2 f J w - f^2 r, times the force on the node is a term of the tangent.
 module carried_obstacles
    use kinds, only: wp
    use problem, only: problem_t, dof, carried_by
@@ -30,7 +30,7 @@ module carried_obstacles
 
 contains
 
-   !> Sets the blocks A^-1 B and A^-1 (B - B_rigid) of all nodes that may touch carried obstacles; zero for nodes that do not.
+   !> Sets the blocks A^-1 B and A^-1 (B - B_rigid) of all nodes that may touch carried obstacles; zero for nodes without contact.
    pure subroutine set_carried(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -62,11 +62,11 @@ contains
          track = [n(2), -n(1)]
          rigid = rigid_motion(system%arm(:, candidate))
          push = matmul(n, rigid(1:2, :))
-         ! The gap of a node that a support keeps from turning depends on the rotation relative to the track (`lean`).
+         ! If a support fixes the rotation of the node, its gap depends on the rotation relative to the track (`lean`).
          if (fixed(3, node)) push = push - system%lean(node) * (rigid(3, :) + system%bend(candidate) * matmul(track, rigid(1:2, :)))
          motion = 0.0_wp
          k = second_contact(problem, state, system, candidate)
-         ! Where the contact eliminates no unknown, supports or a parallel obstacle hold the node.
+         ! If the contact eliminates no unknown, supports or a parallel obstacle fix the node along the normal.
          if (system%unknown(candidate) > 0) then
             along = n
             if (any(fixed(1:2, node))) then
@@ -86,7 +86,7 @@ contains
          slip = motion - rigid
          if (problem%candidates%contact_span(candidate) > 0 .and. .not. fixed(3, node) .and. &
             & (problem%candidates%follows(candidate) .or. k == 0)) then
-            ! The node turns with the track along which it slips.
+            ! The node rotates with the direction of the track along which it slips.
             slip(3, :) = -system%bend(candidate) * matmul(track, slip(1:2, :))
             motion(3, :) = slip(3, :) + rigid(3, :)
          end if
@@ -112,7 +112,7 @@ contains
       second = 0
    end function second_contact
 
-   !> Displacements and rotations of a node in global axes (rows), as its unknowns.
+   !> Transforms displacements and rotations of a node in global axes (rows) to its unknowns.
    pure function in_unknowns(system, node, motion) result(x)
       type(system_t), intent(in) :: system
       integer, intent(in) :: node
@@ -127,8 +127,8 @@ contains
       end associate
    end function in_unknowns
 
-   !> Adds the loads on conforming elements to the forces on the nodes that carry their obstacles. The elements have forces along
-   !> the track only; dead loads and pressures act on the whole.
+   !> Adds the loads on conforming elements to the forces on the nodes that carry their obstacles. Conforming elements have end
+   !> forces along the track only, whereas dead loads and pressures also act on the body as a whole.
    subroutine add_carried_loads(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -146,9 +146,9 @@ contains
       end do
    end subroutine add_carried_loads
 
-   !> Force and moment of the loads on a conforming element about the pivot of its obstacle, and their tangent. Like the element's
-   !> own forces they are those after the elimination of its internal residuals: its stages move along the track when its ends or
-   !> the load factor do, or when the obstacle turns.
+   !> Force and moment of the loads on a conforming element about the pivot of its obstacle, and their tangent, with the internal
+   !> residuals of the element eliminated: the stages move along the track with the ends of the element, with the load factor and
+   !> with the rotation of the obstacle.
    subroutine load_on_carrier(problem, state, system, e, load, force, rate, k)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -156,7 +156,7 @@ contains
       integer, intent(in) :: e                 !! conforming element on a carried obstacle
       type(ge_load_t), intent(in) :: load
       real(wp), intent(out) :: force(3), rate(3) !! force and moment, and their derivative by the load factor
-      real(wp), intent(out) :: k(9, 9)         !! less the derivative of the force: by the unknowns of the carrier, and by those of
+      real(wp), intent(out) :: k(9, 9)         !! minus the derivative of the force: by the unknowns of the carrier, and by those of
       !! both nodes in their axes, relative to the obstacle; symmetric
       type(lying_t) :: kept
       type(track_t) :: track
@@ -182,14 +182,14 @@ contains
                k(3, 3) = k(3, 3) + dot_product(arm, line) - by_place * along(3)
                k(3, [4, 5, 7, 8]) = k(3, [4, 5, 7, 8]) - by_place * along([1, 2, 4, 5])
             end associate
-            ! The places of the stages are those relative to the first end.
+            ! The positions of the stages are relative to the first end.
             k(3, 4:5) = k(3, 4:5) - by_place * start_tangent()
          end do
          do i = 1, 2
             at = 3 * i + 1
             ends(:, i) = pose%arm(node_position(state, node(i)))
             ! The tangent of a pressure is symmetric: as in element_products, its skew part at the ends of free elements, p/2 times
-            ! a quarter turn, cancels that of the neighbours. What is left is half of the derivative of the resultant.
+            ! a quarter turn, cancels that of the neighbours. The symmetric part is half of the derivative of the resultant.
             p = merge(-0.5_wp, 0.5_wp, i == 1) * load%pressure
             half(:, 1:2) = -p * reshape([0.0_wp, 1.0_wp, ends(1, i), -1.0_wp, 0.0_wp, ends(2, i)], [3, 2])
             half(:, 3) = 0.0_wp
@@ -217,13 +217,13 @@ contains
       end function start_tangent
    end subroutine load_on_carrier
 
-   !> Adds the product of the loads' tangent and a vector x; the quadratic form as well.
+   !> Adds the product of the loads' tangent and a vector x to y, and x^T times the product to `form`.
    pure subroutine apply_carried_loads(problem, system, laid, x, y, form)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: laid(:, :, :)    !! (9, 9, elements) from load_on_carrier
       real(wp), intent(in) :: x(:)             !! (n)
-      real(wp), intent(inout) :: y(:), form
+      real(wp), intent(inout) :: y(:), form    !! (n) and x^T y: the products are added
       integer :: e
       do e = 1, size(laid, 3)
          if (carried_by(problem, e) > 0) call apply_matrix(problem, system%slip_block, &
@@ -231,7 +231,7 @@ contains
       end do
    end subroutine apply_carried_loads
 
-   !> Adds the product of a matrix of some nodes, in their axes, and a vector x; the quadratic form as well.
+   !> Adds the product of a matrix for some nodes, in their axes, and a vector x to y, and x^T times the product to `form`.
    pure subroutine apply_matrix(problem, block, nodes, matrix, x, y, form)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: block(:, :, :)   !! (3, 3, blocks) tie_block or slip_block
@@ -251,7 +251,7 @@ contains
       form = form + dot_product(moved, force)
    end subroutine apply_matrix
 
-   !> Adds the matrix of a contact at its node, which depends on the displacement relative to the obstacle, to the band.
+   !> Adds to the band the matrix of a contact at its node; the matrix refers to displacements relative to the obstacle.
    subroutine add_at_contact(problem, system, candidate, matrix, pull, band)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -270,14 +270,14 @@ contains
       end associate
    end subroutine add_at_contact
 
-   !> Adds the product of the matrix of a contact, as in add_at_contact, and a vector x; the quadratic form as well.
+   !> Adds the product of the matrix of a contact (add_at_contact) and a vector x to y, and x^T times the product to `form`.
    pure subroutine apply_at_contact(problem, system, candidate, matrix, pull, x, y, form)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: matrix(3, 3), pull(2)
+      real(wp), intent(in) :: matrix(3, 3), pull(2) !! as in add_at_contact
       real(wp), intent(in) :: x(:)             !! (n)
-      real(wp), intent(inout) :: y(:), form
+      real(wp), intent(inout) :: y(:), form    !! (n) and x^T y: the products are added
       associate (node => problem%candidates%node(candidate), &
          & carrier => problem%model%obstacle(problem%candidates%obstacle(candidate))%carrier)
          if (carrier > 0) then
@@ -289,8 +289,8 @@ contains
       end associate
    end subroutine apply_at_contact
 
-   !> Matrix of a contact at its node, completed by the second variation of the node's motion with the body, for the unknowns of the
-   !> node and of the carrier.
+   !> Matrix of a contact at its node for the unknowns of the node and of the carrier; it includes the second variation of the
+   !> node's motion with the body.
    pure function turned_with(problem, system, candidate, matrix, pull) result(k)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system

@@ -1,5 +1,5 @@
 !> Terms of contact at nodes in the equations: reactions and stiffness of foundations, coupled ground, and the geometric stiffness
-!> of obstacles' curvature under their reactions.
+!> of curved obstacles under their reactions.
 module contact_terms
    use kinds, only: wp
    use problem, only: problem_t, dof
@@ -19,7 +19,7 @@ module contact_terms
 
 contains
 
-   !> Reaction and stiffness of a foundation at its gap; for an open candidate the stiffness at first contact.
+   !> Reaction and stiffness of a foundation at its gap; for an open candidate the stiffness is that at first contact.
    pure subroutine set_foundation(problem, state, candidate, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -54,9 +54,9 @@ contains
       call coupled_answer(problem%coupling, system%coupling, none, system%opening, system%push)
    end subroutine set_coupling
 
-   !> Adds foundations and the geometric stiffness of curved obstacles. A moving obstacle acts like the opposite displacement of its
-   !> contact nodes; a closing gap acts like their displacement against the normal, with constant normal. Neither happens to a
-   !> carried obstacle, which is rigid.
+   !> Adds foundations and the geometric stiffness of curved obstacles. The displacement of a moving obstacle has the effect of the
+   !> opposite displacement of its contact nodes; a closing gap has that of a displacement of the nodes against a constant normal.
+   !> Carried obstacles are rigid and have neither.
    subroutine add_contact(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -69,7 +69,7 @@ contains
             d = dof(problem, node, 1)
             call contact_tangent(problem, state, system, c, force, k)
             if (system%soft(c)) call spread_force(problem, system%tie_block, node, -[force, 0.0_wp], system%residual)
-            ! At a node whose contact force acts beside it (`lean`) the third unknown contains the offset of the force already.
+            ! If the contact force acts beside the node (`lean`), the third unknown already contains the offset of the force.
             if (problem%candidates%contact_span(c) > 0 .and. .not. problem%candidates%follows(c) .and. &
                & (problem%candidates%moves(c) .or. .not. system%turned(node))) then
                system%residual(d + 2) = system%residual(d + 2) + touchdown_couple(problem, state, c)
@@ -90,7 +90,7 @@ contains
       call place_coupling(problem, system)
    end subroutine add_contact
 
-   !> Adds the forces of interface points that are away from their places of equilibrium. These forces are not physical: stored
+   !> Adds the forces of interface points that are not at their equilibrium positions. These forces are not physical: the stored
    !> section forces do not contain them.
    subroutine add_marks(problem, state, system)
       type(problem_t), intent(in) :: problem
@@ -114,7 +114,7 @@ contains
       end do
    end subroutine add_marks
 
-   !> Sets unknowns and directions of coupled ground, and adds the load of its motion that the band does not contain.
+   !> Sets unknowns and directions of coupled ground, and adds those loads of its motion that the band does not contain.
    subroutine place_coupling(problem, system)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(inout) :: system
@@ -163,8 +163,8 @@ contains
       end associate
    end subroutine contact_tangent
 
-   !> Force of a contact on its node. At the end of a line contact it is what balances the free element, without the obstacle's
-   !> force inside the line contact, which belongs to the conforming elements.
+   !> Force of a contact on its node. At the end of a line contact this is the force that balances the free element; the obstacle's
+   !> force inside the line contact belongs to the conforming elements.
    pure real(wp) function node_reaction(problem, state, system, candidate) result(reaction)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -187,7 +187,7 @@ contains
       integer :: side
       along = 0.0_wp
       associate (list => problem%candidates, node => problem%candidates%node(candidate), n => system%normal(:, candidate))
-         ! The first unknown of the node also turns it, the third also lifts it.
+         ! The first unknown of the node also rotates it (`roll`), the third also displaces it along the normal (`lean`).
          pull = reaction * n - system%roll(node) * (couple - system%lean(node) * reaction) * [n(2), -n(1)]
          do side = 1, 2
             associate (e => list%element(side, candidate))

@@ -1,5 +1,5 @@
-!> Quantities at the deck's nodes in a state. The mesh may differ from that of the deck, and mesh nodes move along the rods, but
-!> requests of the deck refer to fixed material points.
+!> Quantities of a state at the deck's nodes. The deck refers to these nodes as fixed material points; the mesh may have other
+!> nodes, and its nodes may move along the rods.
 module deck_nodes
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap, carried_by
@@ -17,7 +17,7 @@ module deck_nodes
    public :: deck_displacements, kept_forces_t, deck_section_forces, deck_contact_gaps, deck_node_rates, place_rate, &
       & place_defect, find_node
 
-   !> Section forces computed last: neighbours in the deck share a place, or lie in one element.
+   !> Section forces computed last; neighbouring elements of the deck share a node, or lie in one element of the mesh.
    type :: kept_forces_t
       private
       integer :: inner = 0, outer = 0           !! elements with the forces `local` at tau, and `ends`; 0: none
@@ -26,14 +26,14 @@ module deck_nodes
 
 contains
 
-   !> Place of a deck's node on the mesh.
+   !> Position of a deck's node on the mesh.
    pure subroutine find_node(problem, state, node, mesh_node, e, tau, near)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: node               !! deck's node
       integer, intent(out) :: mesh_node         !! mesh node at the same material point, 0: none
       integer, intent(out) :: e                 !! element that contains the point in its interior, 0: none
-      real(wp), intent(out) :: tau              !! place in the element, 0 to 1
+      real(wp), intent(out) :: tau              !! position in the element, 0 to 1
       integer, intent(inout), optional :: near  !! see find_point
       e = 0
       tau = 0.0_wp
@@ -49,7 +49,7 @@ contains
    pure function deck_displacements(problem, state, nodes) result(u)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: nodes(:)
+      integer, intent(in) :: nodes(:) !! nodes of the deck
       real(wp) :: u(3, size(nodes))
       type(kept_t) :: kept
       integer :: i, e, mesh_node, near
@@ -65,21 +65,21 @@ contains
       end do
    end function deck_displacements
 
-   !> (N, Q, M) at both ends of an element of the deck, on the element's side of each end, as in local_forces; a contact force acts
-   !> at the present place of its node.
+   !> (N, Q, M) at both ends of an element of the deck, on the element's side of each end, as in local_forces. Contact forces act at
+   !> the present positions of their nodes.
    subroutine deck_section_forces(problem, state, e, kept, local)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e                  !! element of the deck
       type(kept_forces_t), intent(inout) :: kept !! of the same state, or as initialised
-      real(wp), intent(out) :: local(3, 2)
+      real(wp), intent(out) :: local(3, 2)       !! at each end
       real(wp) :: tau
       integer :: side, holder, j
       j = problem%layout%rod_segment_of(e)
       do side = 1, 2
          call find_point(problem, state, j, problem%deck%mesh%s(side, e) + problem%layout%origin(e), holder, tau)
          if (side == 2 .and. tau <= 0.0_wp) then
-            ! At a mesh node the element that ends at this node is used.
+            ! At a node of the mesh the element that ends there is used.
             holder = problem%beside(1, problem%model%mesh%node(1, holder))
             tau = 1.0_wp
          end if
@@ -111,7 +111,7 @@ contains
       associate (list => problem%deck%contact(contact), o => problem%deck%contact(contact)%obstacle, kept => problem%constant, &
          & overlap => problem%overlap(contact), load => problem%model%step(problem%step)%load)
          pose = pose_of(problem, state, o)
-         ! Part of candidate_offset other than the `gap` of the deck.
+         ! Part of candidate_offset that the deck does not give as `gap`.
          later = overlap * (1.0_wp - kept%resolved(o)) - kept%closing(o) - &
             & state%load_factor * (load%closing(o) + load%resolved(o) * overlap)
          u = deck_displacements(problem, state, list%node)
@@ -130,7 +130,7 @@ contains
       end associate
    end subroutine deck_contact_gaps
 
-   !> Change of displacements and rotation of all deck's nodes under an increment of the unknowns.
+   !> Change of displacements and rotation of all nodes of the deck by an increment of the unknowns.
    function deck_node_rates(problem, state, system, x, y) result(rate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -159,7 +159,7 @@ contains
          call place_rate(problem, state, e, tau, profile, du, matmul(system%op(:z, :6, e), du) + &
             & y * system%op(:z, 8, e), y, rate(:, node))
          if (carried_by(problem, e) == 0) cycle
-         ! The place moves with the obstacle on which it lies.
+         ! A position in a conforming element moves with its obstacle.
          pose = pose_of(problem, state, problem%candidates%obstacle(problem%conforms(e)))
          carried = to_global(problem, system, x, carried_by(problem, e))
          rate(:, node) = rate(:, node) + matmul(rigid_motion(pose%arm(profile_place(problem, &
@@ -167,32 +167,32 @@ contains
       end do
    end function deck_node_rates
 
-   !> Part of the displacement change due to the elimination of the element's own defects.
+   !> Part of the displacement change by which the element's own defects are eliminated.
    pure subroutine place_defect(problem, state, system, e, tau, profile, defect)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled at `state`
       integer, intent(in) :: e
       real(wp), intent(in) :: tau               !! 0 to 1
-      type(profile_t), intent(inout) :: profile !! kept for the next place, see keep_profile
+      type(profile_t), intent(inout) :: profile !! kept for the next point, see keep_profile
       real(wp), intent(out) :: defect(3)
       real(wp) :: none(6)
       none = 0.0_wp
       call place_rate(problem, state, e, tau, profile, none, system%op(:problem%z_size(e), 7, e), 0.0_wp, defect)
    end subroutine place_defect
 
-   !> Change of displacement and rotation at a place of an element for fixed stress-free geometry.
+   !> Change of displacement and rotation at a position in an element for fixed stress-free geometry.
    pure subroutine place_rate(problem, state, e, tau, profile, du, dz, load_change, rate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau
-      type(profile_t), intent(inout) :: profile !! kept for the next place, see keep_profile
+      real(wp), intent(in) :: tau               !! position in the element, 0 to 1
+      type(profile_t), intent(inout) :: profile !! kept for the next point, see keep_profile
       real(wp), intent(in) :: du(6)             !! changes of the nodes' displacements; of an element on a carried obstacle
       !! relative_increments
       real(wp), intent(in) :: dz(:)             !! (z_size) changes of the stored unknowns
       real(wp), intent(in) :: load_change       !! change of the load factor
-      real(wp), intent(out) :: rate(3)
+      real(wp), intent(out) :: rate(3)          !! global axes
       real(wp) :: step, moved(3, 2), part
       type(state_t) :: beside
       type(lying_t) :: kept
@@ -202,8 +202,8 @@ contains
          rate = profile_rate(problem, state, profile, tau, du, dz, load_change)
          return
       end if
-      ! Conforming element: central difference with the step that balances truncation and rounding, relative to the element's length
-      ! or to its forces and loads.
+      ! Conforming element: central difference. Its step, relative to the element's length or to its forces and loads, balances
+      ! truncation and rounding errors.
       step = epsilon(step)**(1.0_wp / 3.0_wp)
       part = max(maxval(abs(du([1, 2, 4, 5]))), maxval(abs(dz(size(dz) - problem%model%mesh%stages(e) + 1:))))
       if (part > 0.0_wp) step = step * state%geometry%element(e)%length / part

@@ -11,8 +11,8 @@ module element_products
 contains
 
    !> Product of element matrices k with x, and x^T k x, after subtraction of the translation of each element. EA/h and EI/h^3 (h:
-   !> element length) then multiply the rounding errors of small differences instead of those of the displacements, which would
-   !> exceed small eigenvalues of stiff rods. The translations are left out of the follower pressure's part as well; the symmetric
+   !> element length) are then multiplied by the rounding errors of small differences. Those of the displacements themselves would
+   !> exceed small eigenvalues of stiff rods. The translations are subtracted in the follower pressure's part as well; the symmetric
    !> part of the pressure stiffness then needs a correction by half of its skew part.
    pure subroutine apply_elements(problem, system, k, shift, pressure, x, y, form)
       type(problem_t), intent(in) :: problem
@@ -34,7 +34,7 @@ contains
          force = matmul(k(:, :, e), relative)
          form = form + dot_product(relative, force)
          if (size(shift, 3) > 0 .and. problem%conforms(e) == 0) then
-            ! Force of a foundation that resists translation of the element.
+            ! Force of a foundation against translation of the element.
             held = matmul(shift(:, :, e), u(1:2))
             force = force + held
             form = form + 2.0_wp * dot_product(relative, held)
@@ -57,7 +57,7 @@ contains
       end do
    end subroutine apply_elements
 
-   !> Displacements of an element's nodes relative to the translation of its first node.
+   !> Displacements of an element's nodes, minus the translation of its first node.
    pure function element_deformation(problem, system, e, x) result(relative)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -67,14 +67,14 @@ contains
       real(wp) :: moved(2), u(3), turn
       integer :: i, node(2)
       relative = element_unknowns(problem, system, x, e)
-      ! Conforming elements resist every translation.
+      ! Conforming elements have a stiffness against every translation.
       if (problem%conforms(e) > 0) return
       node = problem%model%mesh%node(:, e)
       u = to_global(problem, system, x, node(1))
       do i = 1, 2
          moved = u(1:2)
          if (system%turned(node(i))) call turn_pair(system%axis(:, node(i)), moved)
-         ! In a contact span the third unknown is the rotation relative to the track, so a pure translation changes this unknown.
+         ! In a contact span the third unknown is the rotation relative to the track: a pure translation changes it.
          turn = -system%roll(node(i)) * moved(1)
          relative(3 * i - 2:3 * i) = relative(3 * i - 2:3 * i) - [moved(1), moved(2) - system%lean(node(i)) * turn, turn]
       end do

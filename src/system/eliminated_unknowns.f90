@@ -1,4 +1,4 @@
-!> Unknowns that are eliminated by supports, ties and rigid contacts, their prescribed increments, and the required node axes.
+!> Unknowns that supports, ties and rigid contacts eliminate, their prescribed increments, and the node axes that they require.
 module eliminated_unknowns
    use kinds, only: wp, parallel
    use problem, only: problem_t, dof
@@ -52,14 +52,14 @@ contains
             node = problem%candidates%node(c)
             if (problem%candidates%contact_span(c) > 0) then
                if (.not. may_react(problem, c, system%normal(:, c))) then
-                  ! A support fixes the node of the line contact already.
+                  ! A support already fixes the node of the line contact.
                   call follow_track(c, node)
                   cycle
                end if
             end if
             if (first(node) > 0) then
-               ! In a corner of two obstacles the second contact fixes the node along the first obstacle; further contacts have no
-               ! free unknown left.
+               ! At a corner between two obstacles the second contact fixes the node along the first obstacle; further contacts have
+               ! no unknown left to eliminate.
                system%slope(c) = dot_product(system%normal(:, c), system%axis(:, node))
                if (any(fixed(1:2, node)) .or. system%partner(first(node)) > 0 .or. abs(system%slope(c)) < parallel) cycle
                d = dof(problem, node, 1)
@@ -74,7 +74,7 @@ contains
                cycle
             end if
             first(node) = c
-            ! A support of the node leaves the obstacle one free direction in which it can act, or none.
+            ! Given its supports, the node has one free direction in which the obstacle can act, or none.
             if (fixed(1, node)) then
                if (fixed(2, node)) cycle
                i = 2
@@ -97,7 +97,7 @@ contains
             system%rate(d) = (dot_product(system%normal(:, c), system%motion(:, c)) + system%closing(c)) / system%slope(c)
             if (problem%candidates%contact_span(c) > 0) call follow_track(c, node)
             if (.not. any(fixed(1:2, node))) cycle
-            ! The displacement of a moving support changes the gap.
+            ! The prescribed displacement of a moving support changes the gap.
             other = dof(problem, node, 3 - i)
             system%value(d) = system%value(d) - system%normal(3 - i, c) * system%value(other) / system%slope(c)
             system%rate(d) = system%rate(d) - system%normal(3 - i, c) * system%rate(other) / system%slope(c)
@@ -106,8 +106,8 @@ contains
 
    contains
 
-      !> Makes the node's third unknown the rotation relative to the track of the contact span. A motion of the obstacle along
-      !> itself does not rotate the node.
+      !> Makes the node's third unknown the rotation relative to the track of the contact span. Displacements of the obstacle along
+      !> its own track do not rotate the node.
       subroutine follow_track(c, node)
          integer, intent(in) :: c, node
          real(wp) :: along
@@ -120,7 +120,7 @@ contains
          system%rate(d) = system%bend(c) * along
       end subroutine follow_track
 
-      !> Turns a node with the track of a line contact whose other unknowns are eliminated, in the axes of the other contact.
+      !> Rotates a node, in the axes of another contact, with the track of a line contact whose other unknowns are eliminated.
       subroutine turn_in_corner(c, node)
          integer, intent(in) :: c, node
          real(wp) :: track(2), moved(2), rate(2)
@@ -137,8 +137,8 @@ contains
       end subroutine turn_in_corner
    end subroutine set_constraints
 
-   !> Reaction of an active rigid contact that balances given forces on the unknowns. In a corner the second reaction balances the
-   !> force along the first obstacle, the first reaction the rest.
+   !> Reaction of an active rigid contact that balances given forces on the unknowns. At a corner between two obstacles the second
+   !> reaction balances the force along the first obstacle, and the first reaction the rest.
    pure real(wp) function contact_reaction(system, candidate, force) result(reaction)
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate         !! candidate with an eliminated unknown
@@ -153,7 +153,7 @@ contains
    pure subroutine reaction_weights(system, candidate, factor, weight)
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate         !! candidate with an eliminated unknown
-      real(wp), intent(in) :: factor
+      real(wp), intent(in) :: factor           !! multiplies the derivatives
       real(wp), intent(inout) :: weight(:)     !! (n) node axes
       integer :: p
       p = system%partner(candidate)
@@ -166,7 +166,7 @@ contains
       end associate
    end subroutine reaction_weights
 
-   !> Share of the second reaction in a corner that acts along the first normal.
+   !> Part of the second reaction at a corner that acts along the first normal.
    pure real(wp) function corner_share(system, candidate) result(share)
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate         !! candidate with a partner

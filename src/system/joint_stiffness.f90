@@ -80,7 +80,7 @@ contains
       end do
    end subroutine add_swings
 
-   !> Products of springs between nodes and of rigid links' geometric stiffness with a vector.
+   !> Adds the products of springs between nodes, and of rigid links' geometric stiffness, with a vector.
    pure subroutine apply_joints(problem, system, swing, springs, x, y, form)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system

@@ -1,8 +1,7 @@
-!> Equilibrium equations in a state, assembled about the present contact set.
+!> Equilibrium equations in a state, assembled with the present contact set.
 !>
-!> The parts are in modules of their own: system_type has the data, node_axes the axes of the unknowns, eliminated_unknowns the
-!> constraints; contact_terms, joint_stiffness and rigidity_maps add their terms, residual_measure computes the residual. This
-!> module re-exports them.
+!> The parts have modules of their own, which this module re-exports: system_type the data, node_axes the axes of the unknowns,
+!> eliminated_unknowns the constraints, contact_terms, joint_stiffness and rigidity_maps their terms, residual_measure the residual.
 module linear_system
    use kinds, only: wp
    use problem, only: problem_t, carried_by
@@ -74,8 +73,8 @@ contains
          if (problem%candidates%rolls(c)) then
             roll = rolled(problem, state, c)
             system%gap(c) = system%gap(c) - roll%rise
-            ! Once a point contact is more curved than its obstacle, its rotational stiffness is negative. The stiffness has changed
-            ! sign through infinity, not through zero, so the negative pivot is spurious.
+            ! The rotational stiffness of a point contact that bends around the obstacle more than its surface is negative. This
+            ! stiffness changes its sign through infinity, not through zero: the negative pivot is spurious.
             if (state%reaction(c) > 0.0_wp .and. touchdown_spring(problem, state, c) < 0.0_wp .and. &
                & .not. problem%candidates%follows(c)) system%hinges = system%hinges + 1
          end if
@@ -204,7 +203,7 @@ contains
       end do
    end subroutine sum_elements
 
-   !> Transforms the unknowns from row `first` of an element to a node's axes.
+   !> Transforms the rows and columns from row `first` of an element to a node's axes.
    pure subroutine turn_element(axis, roll, lean, first, k, f, raw, fl)
       real(wp), intent(in) :: axis(2), roll, lean
       integer, intent(in) :: first
@@ -235,7 +234,7 @@ contains
       call matrix_to_node(system, node, k)
    end function spring_tangent
 
-   !> Row i of the tangent times x.
+   !> Row i of the tangent, times x.
    pure real(wp) function row_times(system, i, x)
       type(system_t), intent(in) :: system
       integer, intent(in) :: i

@@ -16,7 +16,7 @@ module load_sums
 contains
 
    !> Resultants for each step: force in x and y, and moment about the origin (anticlockwise), of the step's own loads at load
-   !> factor 1 on the stress-free structure. Thermal strains and displacements prescribed by supports or obstacles are not counted.
+   !> factor 1 on the stress-free structure, without thermal strains and without displacements prescribed by supports or obstacles.
    function step_load_sums(model) result(total)
       type(model_t), intent(in) :: model           !! model of the deck
       real(wp) :: total(3, size(model%step))

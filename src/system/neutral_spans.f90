@@ -1,14 +1,13 @@
-!> Neutral free spans, which may shift along themselves: from a clamp to the end of a line contact on a straight wall parallel to
-!> the clamp.
+!> Neutral free spans: spans that may shift along themselves, from a clamp to the end of a line contact on a straight wall parallel
+!> to the clamp.
 !>
 !> A uniform, straight rod without loads along the span has a first integral: EI k^2/2 + n.t is constant, with the curvature k, the
-!> force n in the section and the unit tangent t. At the end of the line contact k = 0 and t has the wall's direction; at the clamp
-!> t is the same, so k^2 = 0 there as well, a double root. A shift of the whole curve along itself, u = t(s) - t(0) with the
-!> rotation k, then satisfies all supports to first
-!> order, and the tangent matrix is singular at every load. The root is simple if the equations require a zero couple at the clamp
-!> instead of a zero rotation: a clamp beside a neutral span is therefore replaced by a hinge. By the first integral the rod still
-!> has the clamp's direction there. The tangent of the hinged rod has one more negative eigenvalue than that of the clamped rod,
-!> apart from the null vector of the latter.
+!> force n in the section and the unit tangent t. At the end of the line contact k = 0 and t has the wall's direction. At the clamp
+!> t is the same, so that k^2 = 0 there as well, a double root. A shift of the whole curve along itself, u = t(s) - t(0) with the
+!> rotation k, then satisfies all supports to the first order, and the tangent matrix is singular at every load. The root is simple
+!> if the equations require a zero couple at the clamp instead of a zero rotation: a clamp beside a neutral span is therefore
+!> replaced by a hinge. By the first integral the rod still has the clamp's direction there. The tangent of the hinged rod has one
+!> more negative eigenvalue than that of the clamped rod, apart from the null vector of the latter.
 module neutral_spans
    use kinds, only: wp
    use obstacle_types, only: obstacle_line
@@ -41,7 +40,7 @@ contains
       end do
    end subroutine free_clamps
 
-   !> True if only one free span lies between an end of a contact span and the end of the span's rod segment.
+   !> True if there is only one free span, and no other contact, between an end of a contact span and the end of its rod segment.
    pure logical function last_of_its_segment(problem, k, side) result(last)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: k, side              !! index of the contact span; 1: before the span, 2: after the span
@@ -55,8 +54,8 @@ contains
       end associate
    end function last_of_its_segment
 
-   !> True if a rod is clamped at its end (rotation and a displacement fixed), and no step rotates this clamp or loads it by a
-   !> couple.
+   !> True if a rod is clamped at its end (rotation and at least one displacement fixed), and no step rotates this clamp or applies
+   !> a couple to it.
    pure logical function clamps(problem, node, side)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: node, side           !! 1: beginning of the rod, 2: its end

@@ -19,11 +19,11 @@ contains
       if (system%turned(node)) call turn_force(system%axis(:, node), system%roll(node), system%lean(node), force)
    end subroutine to_node
 
-   !> Force and moment on a node in its axes. The first unknown also rotates the node along the track (`roll`); the third also
-   !> displaces a node with `lean` along the normal.
+   !> Force and moment on a node in its axes. The first unknown also rotates the node with the track (`roll`); the third also
+   !> displaces the node along the normal (`lean`).
    pure subroutine turn_force(axis, roll, lean, force)
-      real(wp), intent(in) :: axis(2), roll, lean
-      real(wp), intent(inout) :: force(3)
+      real(wp), intent(in) :: axis(2), roll, lean !! as in system_t
+      real(wp), intent(inout) :: force(3)         !! in: global axes; out: node axes
       call turn_pair(axis, force(1:2))
       force(1) = force(1) + roll * force(3)
       force(3) = force(3) + lean * force(2)
@@ -31,8 +31,8 @@ contains
 
    !> Components of a vector along `axis` and along its left normal.
    pure subroutine turn_pair(axis, v)
-      real(wp), intent(in) :: axis(2)
-      real(wp), intent(inout) :: v(2)
+      real(wp), intent(in) :: axis(2) !! unit vector
+      real(wp), intent(inout) :: v(2) !! in: global axes; out: along axis and normal
       v = [axis(1) * v(1) + axis(2) * v(2), axis(1) * v(2) - axis(2) * v(1)]
    end subroutine turn_pair
 
@@ -40,7 +40,7 @@ contains
    pure subroutine matrix_to_node(system, node, k)
       type(system_t), intent(in) :: system
       integer, intent(in) :: node
-      real(wp), intent(inout) :: k(3, 3)
+      real(wp), intent(inout) :: k(3, 3) !! in: global axes; out: node axes
       integer :: i
       do i = 1, 3
          call to_node(system, node, k(:, i))
@@ -65,7 +65,7 @@ contains
       end associate
    end function own_axes
 
-   !> Increments of an element's nodes in node axes; of an element on a carried obstacle, relative to the obstacle.
+   !> Increments of an element's nodes in node axes, relative to the obstacle for an element on a carried obstacle.
    pure function element_unknowns(problem, system, x, e) result(local)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -84,8 +84,8 @@ contains
       end do
    end function element_unknowns
 
-   !> Increments of the nodes of an element on a carried obstacle relative to the obstacle, in global axes, each with what the third
-   !> column of the element's operator belongs to: the rotation of the obstacle, and zero (evaluate_conforming).
+   !> Increments, relative to the obstacle and in global axes, of the nodes of an element on a carried obstacle. The third entry of
+   !> the first node is the rotation of the obstacle, that of the second node is zero (evaluate_conforming).
    pure function relative_increments(problem, system, x, e) result(du)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -127,7 +127,7 @@ contains
    pure function to_global(problem, system, x, node) result(du)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: x(:)
+      real(wp), intent(in) :: x(:) !! (n) unknowns
       integer, intent(in) :: node
       real(wp) :: du(3)
       real(wp) :: own(3), normal

@@ -45,7 +45,7 @@ contains
                & merge(problem%size, 1.0_wp, spring%component == 3))
          end associate
       end do
-      ! Loads of several steps may cancel; the rest has the rounding error of the parts.
+      ! Loads of several steps may cancel; their sum has the rounding error of each.
       associate (rate => problem%model%step(problem%step)%load)
          scale = max(scale, maxval(abs(problem%constant%node_force(1:2, :))), &
             & abs(state%load_factor) * maxval(abs(rate%node_force(1:2, :))))
@@ -55,7 +55,7 @@ contains
          scale = max(scale, norm2(push(i)%force(1:2)))
       end do
       if (problem%has_spans()) then
-         ! An obstacle may carry a load that causes no section force.
+         ! An obstacle may balance a load without any section force.
          carried = 0.0_wp
          do e = 1, problem%model%mesh%n_elements
             if (problem%conforms(e) == 0) cycle
@@ -65,7 +65,7 @@ contains
          scale = max(scale, carried)
       end if
       if (any(problem%ground%founded)) then
-         ! A foundation may carry a load that causes no section force.
+         ! A foundation may balance a load without any section force.
          do e = 1, problem%model%mesh%n_elements
             load = element_load(problem, state, e)
             scale = max(scale, maxval(largest_line(load)) * state%geometry%element(e)%length)
@@ -84,7 +84,8 @@ contains
          end do
       end do
       system%force_scale = scale
-      ! UL2 takes N from displacements, a foundation its reaction from a gap: the error is their rounding times the stiffness.
+      ! UL2 elements compute N from displacements, foundations their reaction from a gap: its error is their rounding times the
+      ! stiffness.
       moved = max(maxval(abs(state%u(1:2, :))), maxval(abs(state%u(3, :))) * problem%size)
       system%gap_error = 2.0_wp * epsilon(noise) * merge(moved, problem%size, problem%resting)
       noise = maxval([problem%ground%stiffest, system%spring]) * merge(moved, problem%size, problem%resting)

@@ -13,8 +13,8 @@ module rigidity_maps
 
 contains
 
-   !> Computes the maps from the elements' tangents in node axes. The force at the first end causes the artificial extension of a
-   !> free element; the force at the second end, along the track, that of a conforming element.
+   !> Computes the maps from the elements' tangents in node axes. The artificial extension is caused by the force at the first end
+   !> of a free element, and by the force along the track at the second end of a conforming element.
    subroutine set_rigidity(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -43,7 +43,7 @@ contains
                rigidity%load(:, i) = system%op(1:2, 8, e)
             end if
             do j = 1, 2
-               ! Index first - 1 stands for the node's own unknowns.
+               ! The index before the first tie stands for the node's own unknowns.
                do b = ties%first(nodes(j)) - merge(0, 1, ties%follows(nodes(j))), ties%first(nodes(j) + 1) - 1
                   part = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
                   if (b >= ties%first(nodes(j))) part = system%tie_block(:, :, b)

@@ -1,15 +1,16 @@
-!> Closed rods that may roll along a straight wall, fixed at one place inside a line contact and nowhere else.
+!> Closed rods that may roll along a straight wall, fixed only by a clamp inside a line contact.
 !>
-!> A uniform rod that lies on the wall on both sides of a clamp, with loads that are the same for all its material points, may shift
-!> along itself: its free part keeps the shape while other material points touch the wall. The tangent has this null vector at every
-!> load, the loads do no work on it, and equilibrium does not determine how far the rod has rolled, until the clamp comes to an end
-!> of the contact. The computed path is the one in the middle, with equal contact lengths before and after the clamp: a spring
-!> without force makes the tangent regular against rolling, and the rolling motion is removed from all solutions.
+!> Consider a uniform rod that lies on the wall on both sides of the clamp, with loads that are the same for all its material
+!> points. It may shift along itself: its free part keeps the shape while other material points touch the wall. The tangent has this
+!> null vector at every load, the loads do no work on it, and equilibrium does not determine how far the rod has rolled, until the
+!> clamp comes to an end of the contact. The program computes the path in the middle, with equal contact lengths before and after
+!> the clamp: a spring without force makes the tangent regular against rolling, and the rolling motion is removed from all
+!> solutions.
 !>
-!> EI k^2/2 + n.t (curvature k, force n in the section, unit tangent t) is constant along a rod without forces along it, through
-!> smooth contacts as well. Across the clamp n.t changes by the clamp's force along the wall, which is zero if all obstacles are
-!> parallel. The rod therefore has the same curvature on both sides of the clamp, whatever its shape elsewhere, and this curvature
-!> vanishes on both sides at the same load.
+!> EI k^2/2 + n.t (curvature k, force n in the section, unit tangent t) is constant along a rod without forces along it, also
+!> through smooth contacts. Across the clamp n.t changes by the clamp's force along the wall, which is zero if all obstacles are
+!> parallel. The curvature of the rod is therefore equal on both sides of the clamp, whatever its shape elsewhere, and vanishes on
+!> both sides at the same load.
 module rolling_rods
    use kinds, only: wp, pi, parallel
    use obstacle_types, only: obstacle_line
@@ -45,8 +46,8 @@ contains
       if (is_alike_all_along(problem, way_along(problem, problem%candidates%obstacle(c)))) problem%rolling = node
    end subroutine find_rolling
 
-   !> True for one closed, uniform rod without kinks and with the same loads on all its material points. Nodal forces at contact
-   !> nodes are allowed if they act across the walls.
+   !> True for one closed, uniform rod without kinks and with the same loads on all its material points. Nodal forces on contact
+   !> nodes are allowed if they act normal to the walls.
    pure logical function is_alike_all_along(problem, way) result(alike)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: way(2)              !! direction of the walls
@@ -89,7 +90,7 @@ contains
       end associate
    end function is_alike_all_along
 
-   !> Nodes of elements; the others are bodies beside the rod, which carry obstacles.
+   !> Nodes of elements; all other nodes are bodies beside the rod that carry obstacles.
    pure function rod_nodes(problem) result(node)
       type(problem_t), intent(in) :: problem
       integer, allocatable :: node(:)
@@ -97,7 +98,7 @@ contains
       node = pack([(n, n=1, size(problem%beside, 2))], any(problem%beside > 0, 1))
    end function rod_nodes
 
-   !> True if all obstacles in contact are parallel to one straight wall, and line loads act across it.
+   !> True if all obstacles in contact are parallel to one straight wall, and line loads act normal to it.
    pure logical function sees_walls_only(problem, wall) result(only)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: wall                 !! index into model%obstacle
@@ -146,8 +147,8 @@ contains
    end function standing
 
    !> Length of the line contact on one side of the clamp or of a node with forces. Without a line contact there: minus the length
-   !> that the rod must roll until the relative curvature vanishes. 0 in the reduced problem without force-free contacts, where the
-   !> relative curvature is zero without a line contact.
+   !> that the rod must roll until the relative curvature vanishes. 0 in the reduced problem without force-free contacts, in which
+   !> the relative curvature is zero without a line contact.
    real(wp) function lying(problem, state, node, side) result(length)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -175,16 +176,16 @@ contains
       end do
    end function lying
 
-   !> Curvature times size below which rolling is undetermined. For a curvature k beside the clamp the stiffness against rolling is
-   !> k^2, in units of EI and the size. The residual then rolls the rod by tolerance/k^2; if k is below the third root of the
-   !> tolerance, this exceeds k, the distance at which the curvature vanishes.
+   !> Curvature times structure's size below which rolling is undetermined. For a curvature k beside the clamp the stiffness against
+   !> rolling is k^2, in units of EI and the size. The residual then rolls the rod by tolerance/k^2. If k is below the third root of
+   !> the tolerance, this exceeds k, the distance to the point of zero curvature.
    pure real(wp) function nearly_flat(problem)
       type(problem_t), intent(in) :: problem
       nearly_flat = problem%model%step(problem%step)%tolerance**(1.0_wp / 3.0_wp)
    end function nearly_flat
 
-   !> Adds a spring against rolling at the unknown that rolling displaces most. If touchdown points are held at their material
-   !> points, this unknown is fixed; its force is zero where the touchdown points are in equilibrium.
+   !> Adds a spring against rolling at the unknown that rolling displaces most. If touchdown points are fixed at their material
+   !> points, this unknown is fixed instead; its force is zero at the equilibrium positions of the touchdown points.
    subroutine hold_rolling(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -222,7 +223,7 @@ contains
       end do
       if (system%roll_at == 0) return
       if (any(problem%candidates%held)) then
-         ! Touchdown points that stay at their material points leave nothing to choose: the rod is kept from rolling.
+         ! Touchdown points fixed at their material points determine how far the rod has rolled: rolling is prevented.
          system%fixed(system%roll_at) = .true.
          system%roll_at = 0
          return
@@ -253,7 +254,7 @@ contains
       system%rolled = motion(:, 1) * (system%roll_rate / motion(system%roll_at, 1))
    end subroutine set_rolling
 
-   !> Removes the rolling motion from a solution, by the displacements.
+   !> Removes the rolling motion from the displacements of a solution.
    pure function without_rolling(system, x) result(rest)
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: x(:)                !! (n)

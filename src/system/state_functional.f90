@@ -1,35 +1,35 @@
 !> A number that is a function of the state, linearised at the state.
 !>
-!> Uses of such a functional: its gradient is the row of a path constraint (set_path_row); its rate along the path is the slope of a
-!> test function or a monitor; its zero is located by an iteration on the bordered system; the solution of the transposed equations
-!> for its gradient weighs the elements' error contributions in its error bar (error_contributions).
+!> A functional has four uses. Its gradient is the row of a path constraint (set_path_row). Its rate along the path is the slope of
+!> a test function or a monitor. Its zero is located by an iteration on the bordered system. The solution of the transposed
+!> equations for its gradient gives the elements' contributions to its error bar (error_contributions).
 !>
 !> Kinds, each with a function new_..._functional(problem, state, system, ...):
 !> load                load factor (this module; linear_functional of bordered_system with other unknowns)
-!> displacement        displacement monitor, and displacement of a place inside an element (displacement_functional)
+!> displacement        displacement monitor, and displacement of a point inside an element (displacement_functional)
 !> reaction            sum of support reactions and spring forces (reaction_functional)
 !> contact force, gap  reaction and gap of a candidate, sum of the reactions at nodes (node_contact_functional)
 !> span force          sum of the forces on contact spans (span_force_functional)
 !> foundation force    sum of the forces of distributed foundations (foundation_force_functional)
 !> monitor             any of these sums with the deck's factor and offset (monitors)
 !> place               position of a touchdown point (place_functional)
-!> section quantity    section force, strain or stress at a place (section_quantities)
-!> gap at a place      gap between an obstacle and a place inside an element (gap_functional)
-!> relative curvature  curvature of the rod less that of the obstacle at a point contact (relative_curvature)
+!> section quantity    section force, strain or stress at a point (section_quantities)
+!> gap at a point      gap between an obstacle and a point inside an element (gap_functional)
+!> relative curvature  curvature of the rod minus that of the obstacle at a point contact (relative_curvature)
 module state_functional
    use kinds, only: wp
    implicit none
    private
    public :: functional_t, inner_place_t, section_place_t, new_functional, new_load_functional
 
-   !> A place inside an element on whose displacements and rotation, given by the element's polynomial, a number depends.
+   !> A point inside an element whose displacements and rotation, given by the element's polynomial, enter a number.
    type :: inner_place_t
       integer :: element = 0
       real(wp) :: tau = 0.0_wp                   !! position in the element, 0 to 1
       real(wp) :: weight(3) = 0.0_wp             !! derivatives of the number by displacements and rotation, global axes
    end type inner_place_t
 
-   !> A place inside an element whose section has a quantity on which a number depends (section_quantities).
+   !> A point inside an element whose section quantity enters a number (section_quantities).
    type :: section_place_t
       integer :: element = 0
       real(wp) :: tau = 0.0_wp                   !! position in the element, 0 to 1
@@ -41,8 +41,8 @@ module state_functional
 
    !> A number, a function of the state, with its value and derivatives at the state.
    type :: functional_t
-      logical :: estimated = .true.              !! false: errors of elements change the number in further ways, so that it has no
-      !! error bar
+      logical :: estimated = .true. !! false: the number has errors besides the work of the element errors, so that it has no error
+      !! bar
       real(wp) :: value = 0.0_wp                 !! value at the state
       real(wp), allocatable :: by_unknown(:)     !! (unknowns) gradient, node axes
       real(wp) :: by_load = 0.0_wp               !! derivative by the load factor at constant unknowns
@@ -51,7 +51,7 @@ module state_functional
       !! allocated: none
       real(wp), allocatable :: by_element(:, :)  !! (6, elements) derivatives by the end forces of each element at constant unknowns
       !! and residuals; not allocated: none
-      type(inner_place_t), allocatable :: inner(:) !! places inside elements from which the number takes displacements; not
+      type(inner_place_t), allocatable :: inner(:) !! points inside elements from which the number takes displacements; not
       !! allocated: none
       type(section_place_t), allocatable :: section(:) !! sections on which the number depends; not allocated: none
    contains

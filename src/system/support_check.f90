@@ -1,6 +1,6 @@
-!> Check that supports, springs and touching obstacles prevent rigid motion of every part of the structure at the start.
+!> Check that supports, springs and obstacles in contact prevent rigid motion of every part of the structure at the start.
 !>
-!> The check is geometric. The factored tangent could not be used, for the rounding error of a long rod's tangent is as large as a
+!> The check is geometric. The factored tangent cannot be used: for a long rod its rounding error is as large as the effect of a
 !> missing support.
 module support_check
    use kinds, only: wp
@@ -56,7 +56,7 @@ contains
                & -about_pivot(pose%arm(node_position(state, problem%candidates%node(c))), normal)])
          end associate
       end do
-      ! A foundation in contact resists in both directions, like an active candidate.
+      ! A foundation in contact resists motion in both directions, like an active candidate.
       do c = 1, problem%ground%chain%n
          call chain_gap(problem, state, problem%ground%chain, c, gap, normal, bend)
          if (problem%ground%chain%bilateral(c) .or. gap <= touching_gap(problem)) &
@@ -83,7 +83,7 @@ contains
       do k = 1, size(gram)
          loose = dependent_row(gram(k)%of)
          if (loose == 0) cycle
-         ! The node is the first one of the part that can move without resistance.
+         ! The message names the first node of the part that can move without resistance.
          node = findloc(group(member) == k .and. place(member) == (loose + 2) / 3, .true., 1)
          if (.not. any(problem%model%mesh%node == node)) then
             part = 'node '//to_text(problem%model%mesh%node_label(node))//' belongs to no element and can move or turn without '// &

@@ -1,9 +1,9 @@
-!> Data of the linearised equations about the present contact set.
+!> Data of the equations linearised with the present contact set.
 !>
-!> Each node has three unknowns, in node axes and in the order of the band. With an active rigid contact the second axis is the
+!> Each node has three unknowns, in node axes and in the order of the band. At an active rigid contact the second axis is the
 !> obstacle's normal, and the second unknown is eliminated. In a contact span the first unknown displaces the node along the track,
-!> and the third unknown is the rotation relative to the track; for a node that takes the track's direction the third unknown is
-!> eliminated. The border of the band is in bordered_system.
+!> and the third is the rotation relative to the track; at nodes with the direction of the track the third unknown is eliminated.
+!> The border of the band is in bordered_system.
 module system_type
    use kinds, only: wp
    use problem, only: problem_t, carried_unknowns
@@ -35,7 +35,8 @@ module system_type
       real(wp), allocatable :: lean(:)          !! (nodes) displacement along the second axis per rotation, which is not part of the
       !! second unknown: at a point contact at a segment boundary the force acts beside the node
       real(wp), allocatable :: tie_block(:, :, :) !! blocks of T', see tied_nodes
-      real(wp), allocatable :: arm(:, :)        !! (2, candidates) node less the pivot of the obstacle; zero if no node carries it
+      real(wp), allocatable :: arm(:, :)        !! (2, candidates) position of the node minus that of the pivot of the obstacle;
+      !! zero if no node carries it
       real(wp), allocatable :: laid(:, :, :)    !! (9, 9, elements) tangent of loads on conforming elements (carried_obstacles); no
       !! elements if no obstacle is carried
       real(wp), allocatable :: slip_block(:, :, :) !! blocks of the displacements relative to the obstacle, see carried_obstacles

@@ -1,8 +1,8 @@
 !> Contact regions on distributed foundations that appear, vanish, split or merge between two points of the path.
 !>
-!> The event function is the smallest gap on the part of the chain around the region, or the largest local maximum of the gap where
-!> the region opens: both change smoothly, also inside elements, and follow a moving region. Roots of the gap at supported ends of
-!> the chain are divided out (ground_ends).
+!> The event function is the smallest gap on the part of the chain around the region or, for a region that opens inside, the largest
+!> local maximum of the gap. Both change smoothly, also inside elements, and follow a moving region. The gap is divided by its roots
+!> at supported ends of the chain (ground_ends).
 module ground_events
    use kinds, only: wp
    use problem, only: problem_t
@@ -53,8 +53,8 @@ contains
       end do
    end subroutine find_ground_events
 
-   !> Cuts a closed chain where the fewest regions lie, and shifts the regions of both lists, in ascending order, to the circuit of
-   !> the chain that begins at the cut.
+   !> Opens a closed chain at the point that the fewest regions cover, and moves the regions of both lists, in ascending order, to
+   !> the circuit of the chain that begins there.
    pure subroutine unroll(a, b, closed)
       type(region_t), intent(inout) :: a(:), b(:)
       real(wp), intent(in) :: closed
@@ -79,13 +79,13 @@ contains
 
    contains
 
-      !> True if a region covers the place.
+      !> True if a region covers the point at which the chain is opened.
       pure elemental logical function covered(region)
          type(region_t), intent(in) :: region
          covered = modulo(place - region%start, closed) < region%end - region%start
       end function covered
 
-      !> Moves the regions of a list to the circuit of the chain that begins at the cut, and sorts them.
+      !> Moves the regions of a list to the circuit of the chain that begins at the opening, and sorts them.
       pure subroutine shift(list)
          type(region_t), intent(inout) :: list(:)
          type(region_t) :: moved
@@ -150,7 +150,7 @@ contains
 
    contains
 
-      !> Value of a pair: 1, plus a little for the overlap.
+      !> Value of a pair in the comparison: 1, plus a small part for the overlap.
       real(wp) function worth(k, l)
          integer, intent(in) :: k, l
          real(wp) :: overlap
@@ -162,8 +162,8 @@ contains
       end function worth
    end subroutine match
 
-   !> Appends the events of regions of `there` without a partner in `other`: new regions, or parts of a region that is undivided in
-   !> `other`. A region around a whole closed chain can open without being divided into two.
+   !> Appends the events of those regions of `there` that have no partner in `other`: new regions, or parts of a region that is
+   !> undivided in `other`. A region around a whole closed chain can open without division into two.
    subroutine tell(contact, other, there, partner, reach, closed, ends, new, divided, events)
       integer, intent(in) :: contact
       type(region_t), intent(in) :: other(:), there(:)
@@ -189,7 +189,7 @@ contains
 
    contains
 
-      !> Neighbour of a region, in the direction of the partner of the region in `other` of which both are parts; 0: none.
+      !> Neighbour of a region that is part of the same region of `other`, in the direction of the partner of that region; 0: none.
       integer function other_part(number) result(beside)
          integer, intent(in) :: number
          integer :: side, whole, kept
@@ -204,8 +204,8 @@ contains
          beside = 0
       end function other_part
 
-      !> Appends the event at which a free span opens between two regions of contact that were one region before. The search
-      !> interval is wider than the free span, which may move along the rod while it grows.
+      !> Appends the event at which a free span opens inside a region of contact and divides it into two. The search interval is
+      !> wider than the free span, which may move along the rod while it grows.
       subroutine open_between(before, after, round)
          type(region_t), intent(in) :: before, after
          real(wp), intent(in) :: round  !! added to the arc lengths of `after`: the length of a closed chain if `after` follows
@@ -217,7 +217,7 @@ contains
       end subroutine open_between
 
       !> Start of the part of the chain that is searched around a region: half way to the region before, in either list, because a
-      !> small region may move while it grows; for a long region one length away, but never inside another region.
+      !> small region may move while it grows; one length before a long region; but never inside another region.
       real(wp) function free_from(region)
          type(region_t), intent(in) :: region
          real(wp) :: before
@@ -264,7 +264,7 @@ contains
       call evaluate_event(problem, state, event, value, candidate, tau, factor)
    end function ground_event_value
 
-   !> Magnitude of the gap at the event's place, the measure of the error of the location.
+   !> Magnitude of the gap at the position of the event, a measure of the location error.
    real(wp) function ground_event_gap(problem, state, event) result(gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -275,7 +275,7 @@ contains
       gap = abs(ground_event_value(problem, state, with_roots))
    end function ground_event_gap
 
-   !> Finds the place of the event function's extremum.
+   !> Finds the position of the event function's extremum.
    subroutine ground_event_place(problem, state, event, candidate, tau, factor)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -288,7 +288,7 @@ contains
       if (.not. factor > 0.0_wp) candidate = 0
    end subroutine ground_event_place
 
-   !> Computes the value of the event function, its place, and the factor that the roots of the gap have there.
+   !> Computes the value of the event function, its position, and the factor of the gap's roots there.
    subroutine evaluate_event(problem, state, event, value, candidate, tau, factor)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -300,7 +300,7 @@ contains
       factor = 1.0_wp
       closed = problem%ground%chain%chain_length(event%contact)
       from = event%from
-      ! The list of the chain covers two circuits, so that the range begins in the first one.
+      ! Two circuits of a closed chain are searched: the range begins in the first.
       if (closed > 0.0_wp) from = modulo(event%from, closed)
       to = event%to + (from - event%from)
       if (event%divided) then

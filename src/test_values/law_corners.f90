@@ -17,7 +17,7 @@ module law_corners
 
 contains
 
-   !> Corner passed by the first candidate whose penetrations at two states lie on different segments of its law: the corner nearest
+   !> Corner of the law between two states: the first candidate whose penetrations lie on different segments, and the corner nearest
    !> to the first state.
    type(law_corner_t) function corner_between(problem, from, to) result(corner)
       type(problem_t), intent(in) :: problem

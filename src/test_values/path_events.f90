@@ -1,6 +1,5 @@
 !> Test values of a path point, and the events detected from them: limit points, bifurcations, contact regions that appear or
-!> vanish, prescribed values. An event is the zero of a function of the state; it is detected by a change of sign between two
-!> points.
+!> vanish, prescribed values. An event is the zero of a function of the state; a change of its sign between two points shows it.
 module path_events
    use kinds, only: wp
    use model, only: step_t
@@ -65,12 +64,12 @@ module path_events
 
 contains
 
-   !> Test values at a converged point. The load rate comes from the path loop, which determines the direction of travel.
+   !> Test values at a converged point. The caller computes the load rate, because it determines the direction of travel.
    function new_test_values(problem, state, system, load_rate) result(test_values)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: load_rate
+      real(wp), intent(in) :: load_rate !! d(load factor)/d(arc length)
       type(test_values_t) :: test_values
       integer :: i
       test_values%load_factor = state%load_factor
@@ -106,8 +105,8 @@ contains
          event = event_t(kind=event_limit, label='LP')
          event%note = 'limit point of the load'
          call append(event)
-         ! The limit point explains one change of an eigenvalue's sign. If there are several, the location of the events decides
-         ! which one.
+         ! The limit point explains one change of an eigenvalue's sign. If several eigenvalues change their sign, the location of
+         ! the events shows which belongs to it.
          if (most == least + 1) most = least
       end if
       do i = least + 1, most
@@ -146,7 +145,7 @@ contains
          events(i)%before = event_value(problem, events(i), from, before)
          events(i)%after = event_value(problem, events(i), to, after)
       end do
-      ! Contact without force opens or carries force at once under any load: the start itself is not an event.
+      ! Contact without force opens or transmits force under any load: an unloaded start is no event.
       if (any(abs(from%z) > 0.0_wp)) return
       allocate (kept(0))
       do i = 1, size(events)
@@ -220,7 +219,7 @@ contains
          real(wp) :: from_value, to_value
          from_value = test_value(before, candidate) - candidate%value
          to_value = test_value(after, candidate) - candidate%value
-         ! A point may lie on the value itself; the next increment starts there and does not pass the value.
+         ! A point may have exactly the value; the next increment starts there and does not pass the value.
          crosses = from_value * to_value < 0.0_wp .or. (abs(from_value) > 0.0_wp .and. abs(to_value) <= 0.0_wp)
       end function crosses
    end subroutine value_events
@@ -265,7 +264,7 @@ contains
                event%note = divided
                event%marked = region .and. .not. other
                event%divided = .true.
-               ! Two neighbouring regions with only their ends in common.
+               ! Two neighbouring regions that have only their ends in common.
                if (.not. any(event%marked)) cycle
             end if
             event%reaction_scale = max(sum(from%reaction, mask=event%marked), sum(to%reaction, mask=event%marked), &
@@ -303,7 +302,7 @@ contains
          value = test_values%load_rate
          if (event%law%candidate > 0) value = beyond_corner(problem, state, event%law) / problem%size
       case (event_bifurcation)
-         ! Only the sign is available; event_location computes the eigenvalue.
+         ! Here only the sign is known; event_location computes the eigenvalue.
          value = merge(-1.0_wp, 1.0_wp, event%number <= test_values%negative_pivots)
       case (event_release)
          value = merge(-1.0_wp, 1.0_wp, event%number <= test_values%free_pivots)

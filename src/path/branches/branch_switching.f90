@@ -1,8 +1,8 @@
-!> First point on another path through a bifurcation.
+!> First point of another path through a bifurcation.
 !>
-!> The state is moved along the null vector and corrected in the plane normal to the null vector minus its component along the known
-!> path, so that the correction cannot return to that path. The first distance is halved until the other path is almost straight
-!> over it.
+!> The predictor moves the state along the null vector. The corrector stays in a plane whose normal is the null vector without its
+!> component along the known path, so that it cannot return to that path. The first distance is halved until the other path is
+!> almost straight over it.
 module branch_switching
    use kinds, only: wp
    use errors, only: error_t
@@ -26,8 +26,8 @@ module branch_switching
    public :: switch_branch
 
    integer, parameter :: max_tries = 12
-   real(wp), parameter :: straight = 0.3_wp !! largest correction, as a share of the distance; no input deck changes up to 3,
-   !! three change at 0.03
+   real(wp), parameter :: straight = 0.3_wp !! largest correction as a part of the distance; no input deck changes up to 3, three
+   !! change at 0.03
 
 contains
 
@@ -69,7 +69,7 @@ contains
       sense = side * sense
       hold%method = method_linearised
       hold%tangent = sense * shape
-      ! The direction of the known path, without its rounding error, which contains a component of the null vector.
+      ! Direction of the known path without its rounding error: that error contains a component of the null vector.
       chord = critical_point%direction - critical_point%drift
       along = metric(problem, chord, chord)
       if (along > 0.0_wp) hold%tangent = hold%tangent - chord * (metric(problem, hold%tangent, chord) / along)
@@ -81,7 +81,7 @@ contains
          call apply_increment(problem, run%last%system, sense * length * modes%x(:, mode), 0.0_wp, trial%state)
          predicted = trial%state
          hold%increment = sense * length * metric(problem, hold%tangent, shape)
-         ! The distance is measured from the known path without its rounding error, so that the points do not depend on it.
+         ! The distance is measured from the known path without its rounding error, so that rounding does not move the points.
          drift = metric(problem, hold%tangent, critical_point%drift)
          if (abs(drift) >= 0.1_wp * abs(hold%increment)) drift = 0.0_wp
          hold%increment = hold%increment - drift
@@ -108,8 +108,8 @@ contains
 
    contains
 
-      !> Rejects a first point with a free span that penetrates an obstacle; this occurs if the switch passes the first contact of
-      !> the other path.
+      !> Rejects a first point with a free span that penetrates an obstacle, as happens if the first contact of the other path lies
+      !> within the distance.
       subroutine check_penetration()
          type(span_test_t), allocatable :: tests(:)
          if (.not. problem%has_spans()) return
@@ -118,7 +118,7 @@ contains
          if (.not. report%converged) report%message = 'the other path begins inside an obstacle'
       end subroutine check_penetration
 
-      !> Sets the strategy of the step in the direction of the branch. The first increment is at most as long as the switch.
+      !> Sets the strategy of the step in the direction of the branch. The first increment is at most the distance of the switch.
       subroutine set_increment()
          real(wp) :: change(size(problem%model%monitor))
          run%control = critical_point%control

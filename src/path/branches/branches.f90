@@ -185,7 +185,8 @@ contains
 
    contains
 
-      !> The reason why a branch ended becomes a note, so that the other branches are followed, unless a signal or a limit ended it.
+      !> Appends the reason why a branch ended to the notes, so that the other branches are followed. The run itself ends after a
+      !> signal or at a time limit.
       subroutine note_end()
          if (.not. allocated(outcome%why) .or. outcome%ended) return
          call note_trouble(outcome, called//': '//outcome%why)
@@ -193,7 +194,7 @@ contains
       end subroutine note_end
    end subroutine follow_branch
 
-   !> The step as one of its branches is followed: to the branch's own end.
+   !> Copy of the step with the stop conditions and the number of points of one of its branches.
    function followed_as_branch(step, b) result(as_branch)
       type(step_t), intent(in) :: step
       integer, intent(in) :: b                       !! index of the branch in the step

@@ -1,7 +1,8 @@
-!> Corners of the path where contact with foundations begins or ends: for example, a free end that reaches stiff soil stops at once.
+!> Corners of the path at which contact with foundations begins or ends: for example, a free end that reaches stiff soil stops at
+!> once.
 !>
-!> A halved increment is never short enough to end close to such a corner. But the tangents at both ends of an increment across the
-!> corner intersect there and give its distance: the next increment ends at the corner, the following one passes around it.
+!> Halved increments never end close to such a corner. But the tangents at both ends of an increment across the corner intersect
+!> there and give its distance: the next increment ends at the corner, and the following one passes it.
 module corner_ahead
    use kinds, only: wp
    use model, only: step_t, method_load, method_displacement
@@ -17,10 +18,10 @@ module corner_ahead
    private
    public :: corner_t, look_for_corner, is_near, part_before, differ
 
-   !> Information on a corner from trial increments from one point.
+   !> Corner found by the trial increments from one point.
    type :: corner_t
-      real(wp) :: length = -1.0_wp               !! arc length to the corner by the last trial; negative: none
-      real(wp) :: before = -1.0_wp               !! arc length by the trial before
+      real(wp) :: length = -1.0_wp               !! arc length to the corner, from the last trial; negative: none
+      real(wp) :: before = -1.0_wp               !! the same, from the trial before
       real(wp) :: chord = 0.0_wp                 !! chord length of the last trial
       logical :: goes_around = .false.           !! true: the last trial would be on the path if the point itself were the corner
    end type corner_t
@@ -53,9 +54,9 @@ contains
       if (is_near) is_near = increment_for(problem, run, corner%length) < smallest(step, run%control)
    end function is_near
 
-   !> Part of a failed increment to try next: a half, or up to the corner. After an increment up to the corner has failed, the next
-   !> one ends before the corner by the uncertainty of the corner's position. Closer to the corner than this uncertainty, increments
-   !> are halved, which shows that they pass around a corner.
+   !> Part of a failed increment to try next: a half, or the part up to the corner. After an increment up to the corner has failed,
+   !> the next one is shorter by the uncertainty of the corner's position. If the corner is closer than this uncertainty, increments
+   !> are halved, and their tangents show whether there is a corner.
    pure real(wp) function part_before(problem, step, run, corner) result(part)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -87,7 +88,7 @@ contains
          & watched_displacement(problem, run%last%state, run%control%monitor))
    end function increment_for
 
-   !> True if two contact sets of one size differ. The trial may have another size if it belongs to another mesh.
+   !> True if two contact sets of the same size differ. On different meshes sets may differ in size and are not compared.
    pure logical function differ(one, other)
       logical, intent(in) :: one(:), other(:)
       differ = size(one) == size(other)

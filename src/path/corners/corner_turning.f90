@@ -2,9 +2,9 @@
 !> new contact set.
 !>
 !> Behind a limit point the LCP of an increment may have no solution: along the tangent a contact has to open, but the path without
-!> that contact leaves in a direction with a negative component along the tangent, so that no increment of the given length exists.
-!> The corner is therefore located with the contact set kept, by bringing the first reaction or gap that violates its sign to zero.
-!> The set is changed there, and the new tangent is oriented along growing reaction or opening gap instead of along the old tangent.
+!> that contact continues in a direction with a negative component along the tangent, so that no increment of the given length
+!> exists. The corner is therefore located with the contact set kept, as the zero of the first reaction or gap that violates its
+!> sign. Then the set is changed, and the new tangent has the direction in which the new gap opens or the new reaction grows.
 module corner_turning
    use kinds, only: wp
    use model, only: step_t
@@ -73,15 +73,15 @@ contains
       if (.not. turned) then
          outcome%why = 'no way on from where the contact set changes'
       else if (is_arc_length(run%control%method)) then
-         ! A structure that has become stiff at the corner must not be loaded faster than before.
+         ! Behind the corner the structure may be stiffer; the load increment is limited to that before the corner.
          if (load < abs(run%last%tangent%load) * run%control%increment) run%control%increment = load / abs(run%last%tangent%load)
       else
          call check_return(problem, step, run, outcome)
       end if
    end subroutine turn_corner
 
-   !> Label of a corner: C+ or C- if the number of contact regions changes; '' for one node more or less at the end of a region,
-   !> which depends on the mesh.
+   !> Label of a corner: C+ or C- if the number of contact regions changes; '' if the end of a region moves by one node, which
+   !> depends on the mesh.
    character(2) function corner_label(problem, place, active) result(label)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: place         !! state at the corner, with the contact set before it
@@ -96,7 +96,7 @@ contains
       if (regions < 0) label = 'C-'
    end function corner_label
 
-   !> Searches for a corner within one increment of a point. Several candidates may change at once, for example by symmetry.
+   !> Searches for a corner within one increment from a point. Several candidates may change together, for example by symmetry.
    subroutine find_corner(problem, start, control, place, corner, report, found)
       type(problem_t), intent(in) :: problem
       type(path_point_t), intent(in) :: start
@@ -141,23 +141,22 @@ contains
          if (found) exit
          call take_value(bracket, fraction, after(first))
       end do
-      ! The corner is valid only if no other sign has changed before.
+      ! The corner is valid only if no other candidate has changed its sign before.
       if (found) found = all(after >= -1.0e-6_wp .or. before < 0.0_wp)
       if (.not. found) return
       do k = 1, size(after)
-         ! Other candidates whose signs change at the corner.
+         ! Other candidates whose signs change at the corner, too.
          if (after(k) >= huge(1.0_wp) .or. before(k) < 0.0_wp .or. ends(k) >= 0.0_wp) cycle
          if (k /= first .and. after(k) > at_once * (before(k) - ends(k))) cycle
          corner = [corner, k]
       end do
    end subroutine find_corner
 
-   !> Changes the contact set at a corner and turns the tangent to that of the continuation, along which the new reactions grow or
-   !> the new gaps open.
+   !> Changes the contact set at a corner and orients the tangent in the direction in which new reactions grow or new gaps open.
    subroutine leave_corner(problem, corner, point, ok)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: corner(:)           !! candidates
-      type(path_point_t), intent(inout) :: point !! in: the corner with the old set; out: the same place with the new set
+      type(path_point_t), intent(inout) :: point !! in: the corner with the old set; out: the same point with the new set
       logical, intent(out) :: ok
       real(wp) :: rate, none(3, size(point%state%u, 2))
       integer :: k
@@ -181,13 +180,13 @@ contains
          end associate
       end do
       none = 0.0_wp
-      ! The rates are per unit load factor.
+      ! The rates refer to a unit of the load factor.
       point%tangent = path_tangent_at(problem, point%system, none, sign(1.0_wp, rate))
       call evaluate_tests(problem, point)
    end subroutine leave_corner
 
-   !> Reactions of active candidates, and gaps of the others, both dimensionless: all positive while the contact set is valid; huge
-   !> for bilateral candidates, which have no condition.
+   !> Dimensionless reactions of active candidates and gaps of the others: all are positive while the contact set is valid.
+   !> Bilateral candidates have no condition and return the value huge.
    function signs(problem, active, point) result(value)
       type(problem_t), intent(in) :: problem
       logical, intent(in) :: active(:)

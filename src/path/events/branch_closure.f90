@@ -1,7 +1,7 @@
-!> Closure of a path: a branch returns to a bifurcation of its parent path, or a path to a critical point of its own. At a
+!> Closure of a path: a branch returns to a bifurcation of its parent path, or a path to one of its own critical points. At a
 !> bifurcation two paths cross: the load of one may have an extremum, an eigenvalue may reach zero without changing its sign, and no
-!> increment converges close by; the position of the bifurcation, however, is known from the parent path. A path that returns to a
-!> limit point or contact change of its own is a closed loop or retraces itself.
+!> increment converges close by; but its position is known from the parent path. A path that returns to one of its own limit points
+!> or contact changes is a closed loop or retraces itself.
 module branch_closure
    use kinds, only: wp
    use text, only: to_text
@@ -43,8 +43,8 @@ contains
       end do
    end function on_parent_path
 
-   !> Stops a path that returns to a limit point or contact change of its own. The distance must be below the location accuracy
-   !> relative to the arc length travelled since.
+   !> Stops a path that returns to one of its own limit points or contact changes. The path returns if its distance from that point,
+   !> divided by the arc length since then, is below the location accuracy.
    subroutine check_closure(problem, run, place, label, outcome)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -67,8 +67,8 @@ contains
       end do
    end subroutine check_closure
 
-   !> Detects an increment that passes a bifurcation of the parent path. Events of this increment that are the same bifurcation are
-   !> removed: a changed pivot count, an extremum of the load.
+   !> Detects that an increment passes a bifurcation of the parent path. Events of this increment that only repeat this bifurcation
+   !> (a changed pivot count, an extremum of the load) are removed.
    subroutine check_parent_path(problem, run, trial, events, home)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -87,7 +87,8 @@ contains
             place = seen_here(problem, trial%state, critical_point)
             before = path_length(problem, run%last%state, place)
             after = path_length(problem, place, trial%state)
-            ! On a circle the two chords together are longer than the increment's by turn^2/32.
+            ! On a circle the sum of the chords to the middle exceeds the chord of the whole increment by turn^2/32 of its length;
+            ! four times this is allowed.
             if (max(before, after) < relation%length .and. comes_back(run, critical_point, before) .and. &
                & before + after <= (1.0_wp + 0.125_wp * relation%turn**2 + near) * relation%length) then
                allocate (home)
@@ -107,7 +108,7 @@ contains
 
    contains
 
-      !> True if an event is the known bifurcation: a change of inertia, or a load extremum at this bifurcation.
+      !> True if an event only repeats the known bifurcation: a change of inertia, or a load extremum at this bifurcation.
       pure logical function is_that(event)
          type(event_t), intent(in) :: event
          is_that = event%kind == event_bifurcation
@@ -116,8 +117,8 @@ contains
       end function is_that
    end subroutine check_parent_path
 
-   !> True if the path has come to a bifurcation again after having left it: on a branch always, else if it has gone more than twice
-   !> its distance from the bifurcation since it passed there. False: the path is still leaving it.
+   !> True if the path has returned to a bifurcation that it had left: always on a branch; otherwise if its arc length since then is
+   !> more than twice its distance from the bifurcation.
    pure logical function comes_back(run, critical_point, distance)
       type(path_state_t), intent(in) :: run
       type(critical_point_t), intent(in) :: critical_point

@@ -44,15 +44,16 @@ contains
          call lowest_modes(problem, point%state, point%system, most_null_vectors, modes, error)
       end if
       mu = numbered_eigenvalue(modes, event%number, event%least, event%most)
-      ! At the zero itself the sign is rounding and gives no number in the order: the smallest eigenvalue is returned.
+      ! At the zero itself the sign of the eigenvalue is rounding and does not determine its number: the smallest eigenvalue is
+      ! returned.
       if (event%kind == event_release .and. size(modes%mu) > 1) then
          if (abs(modes%mu(1)) <= alone * abs(modes%mu(2))) mu = modes%mu(1)
       end if
       if (present(found)) found = modes
    end function zero_eigenvalue
 
-   !> Selects the values of the event's eigenvalue at samples on both sides of its zero if other eigenvalues vanish there, too.
-   !> Among the eigenvalues that change their sign, the k-th by magnitude is the same eigenvalue on both sides.
+   !> Selects the eigenvalue of the event at samples on both sides of its zero, if other eigenvalues vanish there, too. Among the
+   !> eigenvalues that change their sign, the k-th by magnitude is the same eigenvalue on both sides.
    pure subroutine follow_through_zero(modes, event, mu)
       type(modes_t), intent(in) :: modes(n_samples)
       type(event_t), intent(in) :: event
@@ -77,7 +78,7 @@ contains
       end do
    end subroutine follow_through_zero
 
-   !> Number of negative eigenvalues as events count them, with the signs of refined values where these were computed.
+   !> Number of negative eigenvalues that event functions use; signs of refined values are used where these were computed.
    pure integer function negative_count(modes)
       type(modes_t), intent(in) :: modes
       negative_count = modes%pivots - modes%hinges - count(modes%was_negative) + count(modes%mu < 0.0_wp)

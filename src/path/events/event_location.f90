@@ -59,18 +59,19 @@ contains
       if (.not. located_event%located) return
       if (division%smooth) then
          located_event%located = is_what_it_says(problem, step, run, trial, located_event)
-         ! If a line contact just became a point, the load may be constant and its rate change sign by rounding only.
+         ! If a line contact has just become a point contact, the load may be constant and its rate change sign by rounding only.
          if (located_event%event%kind == event_limit .and. run%since_change%shrunk .and. .not. located_event%located) &
             & call take_beginning(step, run, located_event)
       else if (division%length > 0.0_wp .and. is_arc_length(run%control%method)) then
-         ! Load and displacement increments keep the fraction of their controlled quantity, which exists even if nothing moves.
+         ! The fraction of load and displacement increments is that of their controlled quantity, which is defined even if nothing
+         ! moves.
          located_event%fraction = chord_fraction(problem, run, division, located_event%point%state)
       end if
    end subroutine locate_event
 
-   !> Locates a value event by prescribing the value: correction with the value as the constraint, from a point interpolated between
-   !> the ends of the increment. The event stays unlocated if the value cannot be prescribed, if it does not change steadily on the
-   !> increment (then two points may have it), or if no such point lies between the ends.
+   !> Locates a value event by a correction with the value as the constraint, from a point interpolated between the ends of the
+   !> increment. The event is not located if the value cannot be prescribed, if it is not monotonic within the increment (two
+   !> points may have it), or if no such point lies between the ends.
    subroutine locate_by_holding(problem, run, trial, division, located_event)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -87,7 +88,7 @@ contains
          part = event%before / (event%before - event%after)
          here%state = between(problem, from%state, trial%state, from%tangent, trial%tangent, part)
          here%system = from%system
-         ! Where the value hardly changes with the load, the residual is small before the load is exact.
+         ! If the value hardly changes with the load, the residual becomes small before the load is exact.
          call correct(problem, from%state, holding_value(event%monitor, -event%before), .false., here%state, here%system, report, &
             & again=.true.)
          if (.not. report%converged) return
@@ -132,7 +133,7 @@ contains
    end subroutine locate_by_function
 
    !> True if contact with a foundation began or ended, or the load rate changed its sign, when the last point was transferred to
-   !> another mesh: the event lies at that point within its error bar.
+   !> another mesh: then the event lies at that point within its error bar.
    pure logical function passed_by_mesh(run, event) result(passed)
       type(path_state_t), intent(in) :: run
       type(event_t), intent(in) :: event           !! load rate: its value before the event is that on the previous mesh
@@ -145,8 +146,8 @@ contains
       passed = min(there * event%before, there * event%after) > 0.0_wp
    end function passed_by_mesh
 
-   !> Searches for the event before the last point, on the present mesh: where the straight line through the event function at both
-   !> ends of the increment is zero, but not before the start of the step or branch.
+   !> Searches for the event before the last point, on the present mesh. The secant of the event function over the increment is
+   !> extrapolated to its zero, but not beyond the start of the step or branch.
    subroutine look_behind(problem, step, run, trial, division, located_event)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -161,7 +162,7 @@ contains
       real(wp) :: fall, fraction
       fall = located_event%event%before - located_event%event%after
       if (.not. located_event%event%before * fall < 0.0_wp) return
-      ! Twice the extrapolated distance, so that the zero is bracketed.
+      ! The search covers twice the extrapolated distance, so that the zero is bracketed.
       fraction = 2.0_wp * located_event%event%before / fall
       if (-fraction * division%length > run%arc_length - run%left_at) return
       call copy_path_state(run, behind)
@@ -187,8 +188,8 @@ contains
       located_event = found
    end subroutine look_behind
 
-   !> Resets the open segments at a contact change with a foundation, so that elements detect contact there again: on the other side
-   !> of the event contact is closed.
+   !> Resets the open segments of a foundation at its contact change: they describe the contact on one side of the event only, and
+   !> elements detect the contact again on the other side.
    pure subroutine forget_opening(problem, event, state)
       type(problem_t), intent(in) :: problem
       type(event_t), intent(in) :: event           !! contact change with a foundation
@@ -228,16 +229,16 @@ contains
          event%scale = bracket%scale
          below = run%last
          above = trial
-         ! A contact region that is lost may leave no gap if something else supports the node; with the contact kept closed its
-         ! reaction changes sign.
+         ! A contact region that is lost may have no gap if something else supports the node. If the contact is kept closed in the
+         ! search, its reaction changes sign at the event.
          located = abs(bracket%f_high) <= step%locate_tolerance * bracket%scale .and. .not. held
          search: do while (.not. located)
             if (.not. next_guess(bracket, step%locate_tolerance, located_event%fraction)) then
                located_event%point = above
                located_event%fraction = bracket%high
-               ! The bracket cannot be narrowed further. A continuous event function hardly differs between its ends; a function
-               ! that jumps has no zero. For a contact change the length of the bracket decides instead: the contact force may begin
-               ! with any slope, and the structure may yield by the effect of one node more or less in contact.
+               ! The bracket cannot be narrowed further. A continuous event function then has nearly equal values at its ends; a
+               ! function that jumps has no zero. A contact change is accepted by the length of its bracket alone: the contact force
+               ! may begin with any slope, and one node more or less in contact may change it by a jump.
                if (event%kind == event_limit) call take_corner()
                if (event%corner) exit search
                if (event%kind == event_contact) then
@@ -251,7 +252,7 @@ contains
             ! With the contact set of the start the event function of a contact change is smooth through its zero.
             call point_within(problem, run, trial, division, located_event%fraction, held, held, here, located_event%report)
             if (held .and. located_event%report%converged) then
-               ! If other candidates violate their conditions with the start's contact set, the LCP determines the set.
+               ! If other candidates violate their conditions with the first end's contact set, the LCP determines the set.
                if (.not. holds_elsewhere(problem, here%system, event%marked, here%state)) then
                   held = .false.
                   cycle search
@@ -286,8 +287,8 @@ contains
 
    contains
 
-      !> Accepts a limit point at a corner of the path, where the load rate jumps through zero because the contact set changes or a
-      !> penetration passes a corner of its law, if the load has an extremum there.
+      !> Accepts a limit point at a corner of the path if the load has an extremum there. At a corner the load rate jumps through
+      !> zero, because the contact set changes or a penetration passes a corner of its force law.
       subroutine take_corner()
          type(law_corner_t) :: law
          law = corner_between(problem, below%state, above%state)
@@ -302,8 +303,8 @@ contains
       end subroutine take_corner
    end subroutine bracket_zero
 
-   !> Corrects the located state to the prescribed value itself. If the value cannot be prescribed or the corrector fails, the state
-   !> stays, and its error bar contains the difference.
+   !> Corrects the located state to the exact value. If the value cannot be prescribed or the corrector fails, the state is
+   !> unchanged, and its error bar contains the difference.
    subroutine meet_value(problem, run, located_event)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -346,8 +347,8 @@ contains
       real(wp) :: noise
       right = .true.
       associate (top => located_event%point%state%load_factor)
-         ! The load is stationary there: its error is the square of the position error, while the loads of the end points err by the
-         ! residual that the iteration leaves.
+         ! The load of a limit point is stationary, so that its error is of the second order in the position error. The loads of the
+         ! ends have the error that the tolerance of the iteration allows.
          noise = step%locate_tolerance * max(abs(top - first), abs(top - last)) + 4.0_wp * spacing(top) + &
             & step%tolerance * max(abs(first), abs(last))
          if (located_event%event%before > 0.0_wp) right = right .and. top >= max(first, last) - noise
@@ -355,8 +356,8 @@ contains
       end associate
    end function is_extreme
 
-   !> True if gaps and reactions of all unmarked candidates have the right sign, and the reactions of the marked ones do not have
-   !> opposite signs.
+   !> True if gaps and reactions of all unmarked candidates have the right sign, and the reactions of the marked candidates do not
+   !> differ in sign.
    pure logical function holds_elsewhere(problem, system, marked, state) result(holds)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! assembled at `state`
@@ -364,7 +365,8 @@ contains
       type(state_t), intent(in) :: state
       real(wp) :: least
       least = sign_slack * system%force_scale
-      ! A contact region kept closed may pull at one node and push at another: a zero of their sum is then no loss of contact.
+      ! A contact region kept closed may have tension at one node and pressure at another: a zero of their sum is no loss of
+      ! contact.
       holds = .not. (any(marked .and. state%active .and. state%reaction < -least) .and. &
          & any(marked .and. state%active .and. state%reaction > least))
       if (.not. holds) return

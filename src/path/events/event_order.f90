@@ -14,11 +14,13 @@ module event_order
 
 contains
 
-   !> (seen) true: the event is not reported on its own. These are bifurcations that only repeat the sign change of a limit point,
-   !> that are a further eigenvalue of a multiple bifurcation, that are a jump of the pivot count due to a change of the contact
-   !> set, or that are rounding at a last point which is a bifurcation itself; bifurcations behind the trial or due to another path
-   !> close by; and limit points that were not located beside a contact change. If the contact set is unchanged up to the trial, the
-   !> pivot count has no jumps: a change without a located bifurcation then means that the trial is on another path.
+   !> (seen) true: the event is not reported on its own. Such events are:
+   !> - bifurcations that repeat the sign change of a limit point or are further eigenvalues of a multiple bifurcation,
+   !> - jumps of the pivot count due to a change of the contact set or to rounding at a last point that is itself a bifurcation,
+   !> - bifurcations behind the trial,
+   !> - limit points beside a contact change that were not located.
+   !> If the contact set is unchanged up to the trial, the pivot count has no jumps: a change without a located bifurcation then
+   !> means that the trial is on another path.
    function duplicates_of(run, trial, changes, seen) result(told)
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
@@ -40,7 +42,7 @@ contains
          else if (.not. seen(i)%located) then
             told(i) = jumps
          else
-            ! A contact that begins or ends has zero force, and the inertia there is undefined.
+            ! The force of a contact that begins or ends is zero there, and the inertia is undefined.
             told(i) = (run%on_bifurcation .or. set_changes) .and. seen(i)%fraction <= same_place
             told(i) = told(i) .or. (set_changes .and. seen(i)%fraction >= 1.0_wp - same_place)
             do k = 1, size(seen)
@@ -57,7 +59,7 @@ contains
       end do
    end function duplicates_of
 
-   !> (seen) for a located limit point at a corner of the path: index of the located contact change at the same place. 0: none.
+   !> (seen) for a located limit point at a corner of the path: index of the located contact change at the same position. 0: none.
    pure function beside(seen) result(change)
       type(located_event_t), intent(in) :: seen(:)
       integer :: change(size(seen))
@@ -72,8 +74,8 @@ contains
       end do
    end function beside
 
-   !> True if the load rate changes its sign while the contact set stays and the number of negative pivots changes by an even
-   !> number: the eigenvalue of the limit point is accompanied by a second one that changes its sign undetected.
+   !> True if the load rate changes its sign while the contact set is unchanged and the number of negative pivots changes by an even
+   !> number: a second eigenvalue changes its sign together with that of the limit point and went undetected.
    pure logical function one_sided(run, trial, seen)
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
@@ -82,20 +84,20 @@ contains
       one_sided = run%last%test_values%load_rate * trial%test_values%load_rate < 0.0_wp .and. &
          & all(run%last%state%active .eqv. trial%state%active) .and. &
          & modulo(trial%test_values%negative_pivots - run%last%test_values%negative_pivots, 2) == 0
-      ! If bifurcations were located at the limit point, the several eigenvalues are listed already.
+      ! If bifurcations were located at the limit point, they already account for the further eigenvalues.
       do i = 1, size(seen)
          if (seen(i)%event%kind == event_limit .and. seen(i)%located) one_sided = one_sided .and. .not. any( &
             & seen%event%kind == event_bifurcation .and. seen%located .and. abs(seen%fraction - seen(i)%fraction) <= same_place)
       end do
    end function one_sided
 
-   !> Number of negative pivots just before a place. At the place itself an eigenvalue may be zero, and the signs of the factors are
-   !> rounding.
+   !> Number of negative pivots just before a position in the increment. At an event itself an eigenvalue may be zero, so that the
+   !> signs of the pivots are rounding.
    pure integer function count_before(run, seen, told, fraction) result(pivots)
       type(path_state_t), intent(in) :: run
       type(located_event_t), intent(in) :: seen(:)
-      logical, intent(in) :: told(:)
-      real(wp), intent(in) :: fraction           !! position of the place in the increment, 0 to 1
+      logical, intent(in) :: told(:)             !! (seen) from duplicates_of
+      real(wp), intent(in) :: fraction           !! position in the increment, 0 to 1
       integer :: i
       pivots = run%last%test_values%negative_pivots
       do i = 1, size(seen)

@@ -49,8 +49,8 @@ contains
       if (size(step%stop) > 0 .or. size(step%locate) > 0) call find_hidden_values(problem, step, run, trial, findings)
    end subroutine find_events
 
-   !> Finds prescribed values that are passed twice in one increment, before and behind a limit point, so that its ends do not show
-   !> them: the increment is divided at the limit point.
+   !> Finds prescribed values that are passed twice in one increment, before and behind a limit point, so that the values at its
+   !> ends do not show the passages. The increment is divided at the limit point.
    subroutine find_hidden_values(problem, step, run, trial, findings)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -83,7 +83,7 @@ contains
       findings%seen(n + 1:)%fraction = part + (1.0_wp - part) * findings%seen(n + 1:)%fraction
    end subroutine find_hidden_values
 
-   !> Index of the last located limit point, or else of a branch closure, where the load may turn, too; 0: none.
+   !> Index of the last located limit point, or else of a branch closure, which may be an extremum of the load; 0: none.
    pure integer function limit_among(findings) result(limit)
       type(findings_t), intent(in) :: findings
       integer :: i
@@ -94,7 +94,8 @@ contains
       if (limit == 0 .and. findings%comes_home) limit = size(findings%seen)
    end function limit_among
 
-   !> Locates the wanted events between the point of a path state and a later point, and appends them to those seen.
+   !> Locates the given events between the last point of a path state and a later point, and appends them to the events found
+   !> before.
    subroutine look(problem, step, from, to, wanted, seen)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -113,7 +114,7 @@ contains
       call move_alloc(found, seen)
    end subroutine look
 
-   !> Removes the value events whose value lies between those at both ends of the whole increment: these were detected already.
+   !> Removes events whose value lies between the values at both ends of the whole increment: these were detected already.
    subroutine drop_known(first, last, events)
       type(test_values_t), intent(in) :: first, last
       type(event_t), allocatable, intent(inout) :: events(:)
@@ -121,7 +122,7 @@ contains
       events = pack(events, [(.not. is_between(first, last, events(i)), i=1, size(events))])
    end subroutine drop_known
 
-   !> True if a value lies between those at both ends of the increment.
+   !> True if the event's value lies between the values at both ends of the increment.
    pure logical function is_between(first, last, event)
       type(test_values_t), intent(in) :: first, last
       type(event_t), intent(in) :: event

@@ -1,12 +1,12 @@
 !> Locates the zero of a function that is smooth along the path: bifurcation (an eigenvalue of the tangent stiffness), limit point
 !> (load rate), turning point (rate of a monitor).
 !>
-!> Near a bifurcation the last Newton correction is useless: the rounding of the residual divided by a vanishing eigenvalue is an
-!> arbitrary multiple of the null vector and may lead to the other path, on which the eigenvalue is zero, too, or which has its
-!> limit point there. The zero is therefore interpolated between points on both sides, far enough from it for Newton's method and
-!> near enough for a cubic. At a distance h (fraction of the increment) the errors are epsilon/h and h^4, the best choice h =
-!> epsilon^(1/5). Eigenvalues that vanish together change their order at the zero; their order by magnitude is the same on both
-!> sides.
+!> Near a bifurcation the last Newton correction is meaningless: the rounding of the residual divided by a vanishing eigenvalue is
+!> an arbitrary multiple of the null vector and may lead to the other path. On that path the eigenvalue may vanish or the load be
+!> stationary at the same point. The zero is therefore interpolated between points on both sides, far enough from it for Newton's
+!> method and near enough for a cubic. At a distance h (fraction of the increment) the errors are epsilon/h and h^4, which suggests
+!> h = epsilon^(1/5). Eigenvalues that vanish together change their order by value at the zero; their order by magnitude is the same
+!> on both sides.
 module smooth_zero
    use kinds, only: wp
    use model, only: step_t
@@ -48,7 +48,7 @@ contains
       end if
       located_event%event%scale = search%bracket%scale
       ! A contact change at nodes may make the function jump, so that no zero can be interpolated. Foundations that act along
-      ! elements begin and end their contact gradually.
+      ! elements change their contact gradually.
       if (.not. division%smooth .and. any(run%last%state%active .neqv. trial%state%active)) return
       call find_zero(problem, step, run, trial, division, search, located_event, found)
       if (found) call bring_to_balance(problem, step, located_event, found)
@@ -56,7 +56,7 @@ contains
          located_event%event%pivots = located_event%point%system%negative_pivots
          ! The event is located: the residual of the interpolated state is within tolerance, and the function is zero relative to
          ! its change over the increment. At the zero of an eigenvalue other test functions are undefined; their values at the
-         ! samples have decided about them.
+         ! samples count instead.
          located_event%located = .true.
          if (located_event%event%kind == event_bifurcation) call confirm_bifurcation(problem, step, run, trial, search, &
             & located_event)
@@ -67,7 +67,7 @@ contains
       end if
    end subroutine locate_smooth
 
-   !> Computes the event's eigenvalue at both ends of the increment.
+   !> Computes the event's eigenvalue at both ends of the increment, and places the event at the last point if it vanishes there.
    subroutine bracket_eigenvalue(problem, step, run, trial, bracket, located_event, told)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -83,13 +83,13 @@ contains
       located_event%later = bracket%f_low * f > 0.0_wp .and. located_event%event%before * f > 0.0_wp
       told = located_event%later .or. bracket%f_low * located_event%event%before <= 0.0_wp
       if (located_event%later .or. .not. told) return
-      ! The eigenvalue vanished close to the last point, whose pivots had the sign of rounding.
+      ! The eigenvalue vanishes close to the last point, whose pivots have signs due to rounding.
       call take_beginning(step, run, located_event)
       located_event%located = located_event%located .or. abs(bracket%f_low) <= sqrt(step%locate_tolerance) * bracket%scale
    end subroutine bracket_eigenvalue
 
-   !> Corrects the interpolated state if its residual is above tolerance, as happens if touchdown points moved far between the
-   !> samples. Bifurcations are not corrected, for the reason in the header.
+   !> Corrects the interpolated state if its residual is above tolerance, as happens if touchdown points move far between the
+   !> samples. Bifurcations are not corrected, for the reason given in the header.
    subroutine bring_to_balance(problem, step, located_event, balanced)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -117,8 +117,8 @@ contains
    end subroutine bring_to_balance
 
    !> Checks that an eigenvalue is zero at the interpolated state, and computes the turn of the path tangent per unit force on the
-   !> null vector, by which two close paths would be separated. The order of the eigenvalues is rounding there, and the smallest one
-   !> counts.
+   !> null vector, by which two close paths would be distinguished. The order of vanishing eigenvalues is rounding, so that the
+   !> smallest one is checked.
    subroutine confirm_bifurcation(problem, step, run, trial, search, located_event)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step

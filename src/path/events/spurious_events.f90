@@ -25,7 +25,7 @@ module spurious_events
 contains
 
    !> True if a shorter increment may resolve the events of this increment: an event was not located, an eigenvalue went undetected,
-   !> or a located event lies where the mesh has no nodes at interface points. Prescribed values and turning points that were not
+   !> or a located event lies where interface points have no nodes of the mesh. Prescribed values and turning points that were not
    !> located do not count.
    logical function better_from_nearer(problem, run, trial, findings) result(better)
       type(problem_t), intent(in) :: problem
@@ -44,9 +44,9 @@ contains
       end do
    end function better_from_nearer
 
-   !> True if a shorter increment may locate the event better: the mesh has no nodes at interface points of foundations that lie
-   !> inside elements at the event, but not yet at the last point. A point in between gives them nodes; those inside elements at the
-   !> last point were refused nodes already.
+   !> True if a shorter increment may locate the event better: at the event interface points of foundations lie inside elements, at
+   !> the last point they do not. The mesh of a point in between has nodes there. Interface points inside elements at the last point
+   !> cannot have nodes and do not count.
    logical function passes_kinks(problem, last, located_event)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: last
@@ -56,9 +56,9 @@ contains
          & inner_cuts(find_cuts(problem, last)))
    end function passes_kinks
 
-   !> True if a detachment before the end of the step went undetected: without force-free contact, the number of negative pivots at
-   !> this end differs from that at the last point by more than the located detachments explain. The trial behind the end does not
-   !> show the detachment if the elements are so long that they buckle between their nodes.
+   !> True if a detachment before the end of the step went undetected: without force-free contact, the numbers of negative pivots at
+   !> the last point and at this end differ by more than the located detachments explain. The trial behind the end may not show the
+   !> detachment: long elements buckle between their nodes there.
    logical function hides_release(problem, run, findings, end) result(hides)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -96,14 +96,14 @@ contains
          if (located_event%bars%monitor(m)%estimated) least = max(least, located_event%bars%monitor(m)%rounding)
       end if
       associate (before => run%last%test_values%monitor(m), after => trial%test_values%monitor(m))
-         ! A rate that changes its sign by rounding has no zero that could be located.
+         ! A rate that changes its sign by rounding has no zero to locate.
          no_turn = abs(after - before) <= least
          if (located_event%located) no_turn = maxval(abs(located_event%point%test_values%monitor(m) - [before, after])) <= least
       end associate
    end function turns_by_rounding
 
-   !> Rejects a limit point if its shift on enriched elements is larger than the path since the last contact change (plus, for a
-   !> shift ahead, the path to the trial): if the load is nearly constant, the mesh error alone may make the load fall.
+   !> Rejects a limit point if its shift on enriched elements exceeds the length of path since the last contact change (for a shift
+   !> ahead, that length plus the path to the trial): if the load is nearly constant, the mesh error alone may make it fall.
    subroutine doubt_limit(problem, run, trial, located_event)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -117,7 +117,7 @@ contains
       if (abs(located_event%bars%way) > reach) located_event%bars%unsure = .true.
    end subroutine doubt_limit
 
-   !> Rejects a bifurcation that may be two paths passing each other closely: a force acts along the null vector and separates the
+   !> Rejects a bifurcation that may be two paths passing each other closely. A small force along the null vector separates such
    !> paths, and the points of the interpolation lie on both.
    pure subroutine doubt_bifurcation(located_event)
       type(located_event_t), intent(inout) :: located_event !! located becomes false if rejected

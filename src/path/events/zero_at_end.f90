@@ -14,9 +14,9 @@ module zero_at_end
 
 contains
 
-   !> Places the event at the last accepted point: a line contact just became a point there. The contact's rotational stiffness is
-   !> unbounded at zero relative curvature, so that no interior point can be corrected, and the eigenvalues do not show by how much
-   !> the length of the line had passed zero.
+   !> Places the event at the last accepted point, at which a line contact has just become a point contact. The rotational stiffness
+   !> of the contact is unbounded at zero relative curvature, so that no interior point can be corrected, and the eigenvalues do not
+   !> show how far the length of the line is beyond zero.
    subroutine take_beginning(step, run, located_event)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
@@ -29,8 +29,8 @@ contains
       located_event%event%jumps = located_event%located .and. located_event%event%kind == event_bifurcation
    end subroutine take_beginning
 
-   !> Places a limit point at the end with the larger (maximum) or smaller (minimum) load, if the increment is so short that points
-   !> inside differ by rounding. The tangents at both ends meet at a load that bounds the error.
+   !> Places a limit point at the end with the larger (maximum) or smaller (minimum) load, if the increment is so short that inner
+   !> points differ by rounding. The intersection of the load's tangents at both ends bounds the error of the load.
    subroutine take_nearer_end(problem, step, run, trial, located_event)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step

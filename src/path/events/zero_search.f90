@@ -1,4 +1,4 @@
-!> Finds the zero of an event function inside an increment, by points of the path on both sides.
+!> Finds the zero of an event function inside an increment from points of the path on both sides.
 module zero_search
    use kinds, only: wp
    use model, only: step_t
@@ -35,8 +35,8 @@ module zero_search
 
 contains
 
-   !> Finds the zero and the state there: by bracketing, unless it is a bifurcation, or else by cubic interpolation between samples
-   !> around it.
+   !> Finds the zero and the state there: by bracketing, except for bifurcations, or else by cubic interpolation between samples
+   !> around the zero.
    subroutine find_zero(problem, step, run, trial, division, search, located_event, found)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -45,7 +45,7 @@ contains
       type(division_t), intent(inout) :: division
       type(zero_search_t), intent(inout) :: search !! its bracket is given
       type(located_event_t), intent(inout) :: located_event !! sets point and fraction, as far as the search succeeded
-      logical, intent(out) :: found
+      logical, intent(out) :: found                         !! true: located to the tolerance
       type(bracket_t) :: whole
       whole = search%bracket
       found = .false.
@@ -57,8 +57,8 @@ contains
       if (found) call interpolate_zero(problem, run, trial, division, search, located_event, found)
    end subroutine find_zero
 
-   !> Narrows the bracket to the spacing of the samples. If the corrector fails near the zero, several eigenvalues may vanish, and
-   !> the samples around the estimate decide.
+   !> Narrows the bracket to the spacing of the samples. If the corrector fails near the zero, several eigenvalues may vanish there,
+   !> and the samples around the estimate are used instead.
    subroutine narrow_bracket(problem, run, trial, division, search, located_event, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -98,7 +98,8 @@ contains
          search%centre = zero_of_cubic(search%at, search%value)
          if (abs(search%centre - guess) <= 2.0_wp * reach) exit
       end do
-      ! The zero lies between the ends, whose signs differ, but for rounding; so does its load if the load is monotone.
+      ! The zero lies between the ends, whose signs differ, except for rounding. If the load is monotone, its value at the zero lies
+      ! between those at the ends.
       found = search%centre >= -reach .and. search%centre <= 1.0_wp + reach
       if (.not. found) return
       search%centre = min(max(search%centre, 0.0_wp), 1.0_wp)
@@ -144,8 +145,8 @@ contains
       if (at(n_samples) > 1.0_wp) at = min(centre, 1.0_wp) - reach * [4.0_wp, 3.0_wp, 2.0_wp, 1.0_wp]
    end function sample_places
 
-   !> Finds the zero by bracketing alone: when a foundation begins to act, the function may be curved so much between the samples
-   !> that interpolation takes it for a jump.
+   !> Finds the zero by bracketing alone. When a foundation begins to act, the function may be curved so strongly between the
+   !> samples that the interpolation rejects the zero as a jump.
    subroutine close_in(problem, step, run, trial, division, search, located_event, found)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -190,7 +191,7 @@ contains
       end if
    end subroutine evaluate_at
 
-   !> True if the samples show a jump instead of a zero: the corrector jumped from one path to a close one.
+   !> True if the samples show a jump instead of a zero: the corrector moved from one path to a close one.
    pure logical function jumps(value)
       real(wp), intent(in) :: value(n_samples)  !! two values on each side of the zero
       real(wp), parameter :: times = 4.0_wp     !! change between the inner samples over that on both sides, 1 for a smooth
@@ -200,7 +201,7 @@ contains
    end function jumps
 
    !> Turn of the path tangent per unit force on the null vector of length 1. A force f displaces the path by f/mu along the null
-   !> vector where its eigenvalue is mu, and mu grows linearly from the zero.
+   !> vector if its eigenvalue is mu, and mu grows linearly with the distance from the zero.
    pure real(wp) function swerve_per_force(search, length) result(turn)
       type(zero_search_t), intent(in) :: search !! has found the zero between its samples
       real(wp), intent(in) :: length            !! path length of the increment

@@ -12,14 +12,14 @@ module attempt
    private
    public :: attempt_t, start_from, leads_on, note_change, ended
 
-   !> The attempts to make an increment from one point of the path.
+   !> Attempts to make an increment from one point of the path.
    type :: attempt_t
-      ! The point.
+      ! The point from which the attempts are made.
       integer :: point = -1                      !! number of the step's accepted points before this point
       real(wp) :: first_increment = 0.0_wp       !! size of the first increment tried from this point
       logical :: changed = .false.               !! a contact change was made when the point was last examined
       ! The last increment.
-      type(path_point_t) :: trial                !! end of the increment, in equilibrium if the report says so
+      type(path_point_t) :: trial                !! end of the increment, in equilibrium if report%converged
       type(increment_t) :: report                !! report of the correction to the trial
       type(request_t) :: request                 !! requirements of the trial before the path can continue
       type(relation_t) :: relation               !! relation of the point and the trial
@@ -35,12 +35,12 @@ module attempt
       integer :: meshes = 0                      !! meshes made for the increment's errors, see arrival_t
       integer :: corner_meshes = 0               !! meshes made for a corner of the contact set
       integer :: doubled_at = -1                 !! point for which the mesh density was doubled last
-      real(wp) :: asked_at = -1.0_wp             !! arc length up to which contact was determined from the nodes
+      real(wp) :: asked_at = -1.0_wp             !! arc length up to which another contact set has been searched for
    end type attempt_t
 
 contains
 
-   !> Begins at the last accepted point of the path; resets the counters if this point is new.
+   !> Begins at the last accepted point of the path; resets the counters of meshes if this point is new.
    subroutine start_from(run, attempt)
       type(path_state_t), intent(in) :: run
       type(attempt_t), intent(inout) :: attempt
@@ -60,7 +60,7 @@ contains
       leads_on = attempt%report%converged .and. .not. attempt%astray
    end function leads_on
 
-   !> Notes whether the contact set has changed at the point when the trial was examined.
+   !> Records whether the contact set was changed at the point while the trial was examined.
    pure subroutine note_change(attempt)
       type(attempt_t), intent(inout) :: attempt
       attempt%changed = attempt%request%set_changed .and. .not. allocated(attempt%request%no_set)

@@ -1,5 +1,5 @@
-!> Checkpoint: the state of a run between two points as words, and the reverse. A run restarted from a checkpoint has the same
-!> results to the last bit.
+!> Checkpoint: the state of a run between two points as an archive of words, and its restoration. A run restarted from a checkpoint
+!> has the same results to the last bit.
 !>
 !> A checkpoint contains everything on which the further path depends: problem with its mesh, state, factors, control, counters of
 !> the attempts from the last point, critical points (run_archive stores every component of these types). It begins with a frame,
@@ -29,12 +29,12 @@ module checkpoint
    character(*), parameter :: not_again = 'the run that was made again up to the point does not find the points in the file: '// &
       & 'another program, another machine, or pieces with several decks made it'
 
-   !> A restart: the checkpoint, of which the parts are read one after the other; or a run that is made again up to a point.
+   !> A restart: a checkpoint that is read part by part, or a run that is repeated up to a point.
    type :: standing_t
       type(archive_t) :: archive
       integer :: kind = 0                        !! on_step, on_branch, on_curve; 0: no checkpoint
       logical :: changed = .false.               !! the deck has changed: a path that was complete continues, too
-      integer :: from = 0 !! row of a path, from 1: the run is made again up to there, without checkpoints, and then goes on with
+      integer :: from = 0 !! row of a path, from 1: the run is repeated up to there, without checkpoints, and then continues with
       !! `steps`; 0: no such point, or it is reached
       integer :: branch = 0                      !! number of that path's branch; 0: the path of the steps
       type(step_t), allocatable :: steps(:)      !! steps of the deck
@@ -53,7 +53,7 @@ contains
       pause = merge(standing%from, 0, branch == standing%branch)
    end function pause
 
-   !> True if paths that begin now are followed as the changed deck says.
+   !> True if paths that begin now use the steps of the changed deck.
    pure logical function renews(standing)
       class(standing_t), intent(in) :: standing
       renews = standing%changed .and. standing%from == 0
@@ -63,7 +63,7 @@ contains
    subroutine exchange_step(a, kind, step, n_branches, perfect, buckled)
       type(archive_t), intent(inout) :: a
       integer, intent(inout) :: kind             !! on_step, on_branch or on_curve: the other parts of this kind must follow
-      integer, intent(inout) :: step, n_branches
+      integer, intent(inout) :: step, n_branches !! number of the step; branches of all previous steps
       type(model_t), intent(inout) :: perfect
       type(buckling_t), intent(inout) :: buckled(:)
       integer :: k
@@ -93,7 +93,7 @@ contains
       end do
    end subroutine exchange_branch
 
-   !> Passes a checkpoint to the recorder.
+   !> Stores a checkpoint and passes it to the recorder, if the recorder requests one.
    subroutine keep_standing(problem, run, attempt, recorder, outcome, now)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
@@ -136,7 +136,7 @@ contains
       outcome%dead_end = .false.
    end subroutine clear_end
 
-   !> Continues with the steps of the changed deck, at the point up to which the run was repeated.
+   !> Continues with the steps of the changed deck from the last repeated point.
    subroutine go_on_from_point(standing, problem, run, attempt, outcome)
       type(standing_t), intent(inout) :: standing
       type(problem_t), intent(inout) :: problem
@@ -178,8 +178,8 @@ contains
       call take_steps(new, problem%deck%step)
    end subroutine change_steps
 
-   !> Replaces steps by those of the changed deck. Loads stay as distributed onto the mesh. Where the tolerance is the same, what
-   !> was found about it stays.
+   !> Replaces steps by those of the changed deck. Loads stay as distributed onto the mesh. The residual factor found by the run
+   !> stays if the tolerances are equal.
    subroutine take_steps(new, steps)
       type(step_t), intent(in) :: new(:)
       type(step_t), intent(inout) :: steps(:)    !! as many
@@ -188,7 +188,7 @@ contains
       do i = 1, size(steps)
          one = new(i)
          one%load = steps(i)%load
-         ! How much sharper the equations must be solved than the tolerance says was found on the way.
+         ! The factor by which residuals must be smaller than the deck's tolerance was found during the run.
          if (.not. (abs(one%tolerance - steps(i)%tolerance) > 0.0_wp .or. abs(one%asked - steps(i)%asked) > 0.0_wp)) &
             & one%sharper = steps(i)%sharper
          steps(i) = one

@@ -36,12 +36,12 @@ contains
          return
       end if
       call refine_mesh(problem, run, attempt%trial, settled, attempt%request, attempt%has_trial, done)
-      ! No mesh could be made: the counter is set so that the present mesh is accepted.
+      ! If no mesh can be made, the counter is set so that the present mesh is accepted.
       if (.not. done) attempt%meshes = huge(attempt%meshes) - 1
    end subroutine retry_refined
 
-   !> Finds another contact set by trials or else from contact at nodes, if no increment succeeds with the present set; once at each
-   !> place. attempt%changed is true if this gives another contact set; otherwise the set is unchanged.
+   !> Finds another contact set by trials, or else from contact at the nodes, if no increment succeeds with the present set; once at
+   !> each position along the path. attempt%changed is true if another set is found; otherwise the set is unchanged.
    subroutine retry_by_nodes(problem, step, run, attempt, recorder, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -49,12 +49,12 @@ contains
       type(attempt_t), intent(inout) :: attempt
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
-      ! Points separated by contact changes alone are at the same place.
+      ! Points separated by contact changes alone are at the same position.
       attempt%changed = problem%has_spans() .and. run%arc_length - run%left_at > attempt%asked_at
       if (.not. attempt%changed) return
       attempt%asked_at = place()
       call find_other_set(problem, step, run, attempt%first_increment, recorder, attempt%changed, attempt%finished, outcome)
-      ! Contact at nodes is not tried again at the place where the new set was found.
+      ! Contact at nodes is not tried again at the position at which the new set was found.
       attempt%asked_at = place()
       if (.not. attempt%changed) return
       run%control%increment = sign(attempt%first_increment, run%control%increment)
@@ -63,7 +63,7 @@ contains
    contains
 
       !> Arc length of the run's point since the start of the step or branch, enlarged by the location tolerance: points up to this
-      !> arc length are at the same place.
+      !> arc length are at the same position.
       real(wp) function place()
          place = (1.0_wp + step%locate_tolerance) * (run%arc_length - run%left_at)
       end function place

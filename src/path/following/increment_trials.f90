@@ -1,4 +1,4 @@
-!> Makes one increment from the last accepted point: predicts it, corrects it, and compares the result with the path behind.
+!> Makes one increment from the last accepted point: predicts and corrects it, and compares the trial with the recent path.
 module increment_trials
    use kinds, only: wp
    use model, only: step_t
@@ -17,7 +17,7 @@ module increment_trials
 contains
 
    !> Makes the increment of the control, unless its trial exists already, and sets attempt%astray if the trial is not on the path
-   !> ahead.
+   !> ahead of the last accepted point.
    subroutine try_increment(problem, step, run, attempt)
       type(problem_t), intent(inout) :: problem  !! changes its mesh if contact spans begin or the start is stiff
       type(step_t), intent(in) :: step
@@ -58,7 +58,8 @@ contains
       call copy_path_state(unbegun, run)
    end subroutine begin_with_spans
 
-   !> Sets attempt%astray if the equilibrium lies on another path or the path leads back, and the path tangent at the trial.
+   !> Determines the path tangent at the trial, and sets attempt%astray if the trial lies on another path or the increment went
+   !> backwards.
    subroutine look_astray(problem, step, run, attempt)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -76,14 +77,14 @@ contains
       attempt%relation = relate(problem, run%last%state, attempt%trial%state, run%last%tangent, &
          & attempt%trial%tangent, run%fresh)
       attempt%astray = .not. same_path(attempt%relation)
-      ! With contact spans corners are located contact changes, and the path tangent is that behind the change.
+      ! With contact spans a corner of the path is a located contact change, and the path tangent is the one behind the change.
       if (attempt%astray .and. .not. problem%has_spans()) then
          call look_for_corner(problem, run, attempt%trial, attempt%corner)
          attempt%astray = .not. (around_corner(before, attempt) .or. is_near(problem, step, run, attempt%corner))
       else
          attempt%corner = corner_t()
       end if
-      ! The length is not checked after a contact change at the point.
+      ! After a contact change at the last accepted point the length of the increment is not checked.
       if (.not. attempt%changed) attempt%astray = attempt%astray .or. too_far(problem, run%control, attempt%relation)
       if (attempt%astray) then
          attempt%report%message = 'what equilibrium there is ahead lies on another path, or behind a loop of this one'
@@ -91,12 +92,12 @@ contains
          attempt%astray = turned_back(problem, run, attempt%trial)
          if (attempt%astray) attempt%report%message = 'the path turns round and leads back over the points that it has passed'
       end if
-      ! A trial transferred from another mesh was found on the path there. It stays accepted, because the last point may not be in
-      ! equilibrium on the new mesh and the comparison with it may fail.
+      ! A trial transferred from another mesh has been compared with the path there and stays accepted: the last point may not be in
+      ! equilibrium on the new mesh, so that a comparison here may fail.
       if (attempt%has_trial .and. .not. turned_over(attempt%relation)) attempt%astray = .false.
    end subroutine look_astray
 
-   !> True if the trial lies behind a corner of the path, which shorter increments have revealed.
+   !> True if the trial lies behind a corner of the path that failed longer increments have shown.
    pure logical function around_corner(before, attempt) result(around)
       type(relation_t), intent(in) :: before     !! relation of the point and the previous trial
       type(attempt_t), intent(in) :: attempt

@@ -35,8 +35,8 @@ module path_follower
 
 contains
 
-   !> Follows the path from the last accepted point, with the control set, to the stop condition, or to the row where it must pause.
-   !> Checkpoints are passed to the recorder on the way and at the end.
+   !> Follows the path from the last accepted point, with the control set, to the stop condition or to the row where it must pause.
+   !> Passes checkpoints to the recorder between the attempts and at the end.
    subroutine follow_points(problem, step, run, recorder, outcome, attempt, pause)
       type(problem_t), intent(inout) :: problem  !! its mesh changes with contact spans
       type(step_t), intent(in) :: step           !! step of the deck, or its copy for a branch
@@ -78,7 +78,7 @@ contains
          if (outcome%used_up) outcome%why = 'the allowed number of points was used up before the stop condition'
       end function points_used_up
 
-      !> Makes a contact change at the last accepted point, if on a new mesh the change lies before this point.
+      !> Makes a contact change at the last accepted point, if remeshing has moved the change before this point.
       subroutine catch_up()
          type(path_point_t) :: here
          run%mesh%change_behind = .false.
@@ -89,8 +89,8 @@ contains
          if (attempt%changed) attempt%has_trial = .false.
       end subroutine catch_up
 
-      !> Makes the contact change on the way to the trial, if there is one; otherwise the trial is accepted as a point of the path.
-      !> If a repetition of the increment is required first, attempt%request says so.
+      !> Makes the contact change between the last accepted point and the trial, if there is one; otherwise accepts the trial as a
+      !> point of the path. If the increment must be repeated first, attempt%request contains the reasons.
       subroutine take_trial()
          type(arrival_t) :: arrival
          if (attempt%cuts == 0) attempt%failures = 0
@@ -111,7 +111,7 @@ contains
          end associate
       end subroutine take_trial
 
-      !> Prepares the next trial: the increment again, in the way that the last trial requires, or else the next increment.
+      !> Prepares the next trial: the same increment, changed as attempt%request requires, or else the next increment.
       subroutine serve_request()
          character(:), allocatable :: no_set
          associate (request => attempt%request)
@@ -145,8 +145,8 @@ contains
       call note_slopes(problem, run)
    end subroutine set_control
 
-   !> Remeshes at the accepted point and chooses the increment from it. The mesh becomes finer where the required mesh density has
-   !> grown, coarser where it is better than necessary. Under an arc-length strategy load increments are made until the arc length
+   !> Remeshes at the accepted point and chooses the next increment. The mesh becomes finer where the required mesh density has
+   !> grown, and coarser where it is finer than required. Under an arc-length strategy load increments are made until the arc length
    !> has a scale, and while nothing moves.
    subroutine go_to_next_increment(problem, step, attempt, run, outcome)
       type(problem_t), intent(inout) :: problem
@@ -164,7 +164,8 @@ contains
          call begin_arc_length(problem, step, run, scaled)
          if (scaled) return
          if (.not. run%control%load_scale > 0.0_wp) then
-            ! The structure has not moved: an obstacle at a distance, or in first contact, approaches in increments like the first.
+            ! The structure has not moved: an obstacle approaches it or has just come into contact; the increment stays the first
+            ! one.
             run%control%increment = step%increment
             if (.not. (run%last_length > 0.0_wp .or. may_rest(step))) &
                & outcome%why = 'the first increment moved nothing: the arc length has no scale'

@@ -1,4 +1,4 @@
-!> Checks whether a run can be continued with another deck: only cards about how steps are followed may differ.
+!> Checks whether a run can be continued with another deck: only the cards that control how steps are followed may differ.
 module restart_check
    use text, only: to_text
    use archive, only: archive_t
@@ -23,7 +23,7 @@ contains
       end if
    end function why_not_with
 
-   !> Bytes of a model without title, job and the cards about how steps are followed.
+   !> Archive of a model without title, job and the cards that control how steps are followed.
    function structure(model) result(a)
       type(model_t), intent(in) :: model
       type(archive_t) :: a

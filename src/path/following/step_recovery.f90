@@ -1,6 +1,6 @@
-!> Remedies if an increment has failed, in this order: released interface points, a contact change just ahead, the mesh before the
+!> Remedies after a failed increment, in this order: release of interface points, a contact change just ahead, the mesh before the
 !> last coarsening, a mesh twice as fine, a corner of the path, a shorter increment. A remedy is skipped if its condition is not
-!> met. Each remedy returns `done` if no other is to be tried now, because it succeeded or the run ends.
+!> met. Each remedy returns `done` if no other must be tried, because it succeeded or the run ends.
 module step_recovery
    use kinds, only: wp
    use model, only: step_t, method_load, method_displacement
@@ -60,9 +60,9 @@ contains
 
    contains
 
-      !> Repeats the increment beside contact spans with elements that determine the contact with their foundations themselves:
-      !> interface points may meet one another or a touchdown point, or jump. The mesh of the next point has nodes at their new
-      !> places.
+      !> Releases interface points beside contact spans: the increment is repeated with elements that represent the end of contact
+      !> with a foundation inside. Interface points may meet one another or a touchdown point, or jump. The mesh of the next point
+      !> has nodes at their new positions.
       subroutine release_marks(done)
          logical, intent(out) :: done
          integer :: m
@@ -73,7 +73,7 @@ contains
          call linearise(problem, run%last%state, run%last%state, run%last%system)
       end subroutine release_marks
 
-      !> Searches for a change of contact spans just ahead and makes it.
+      !> Searches for a contact change of spans just ahead of the last accepted point and makes it.
       subroutine go_past_change(done)
          logical, intent(out) :: done
          done = .false.
@@ -167,10 +167,10 @@ contains
       too_short = part * abs(run%control%increment) < smallest(step, run%control)
    end function too_short
 
-   !> Reason, as one sentence, why a path has no further point, with a remedy if one was tried.
+   !> Reason, as one sentence, why the path has no further point, with a remedy if one is known.
    !>
-   !> Load and displacement control end at limit and turning points. Whether such a point lies ahead is verified: the path is
-   !> followed by arc length, without recording, until the load or the monitor turns back.
+   !> Load control ends at a limit point, displacement control at a turning point of the monitor. To verify that such a point lies
+   !> ahead, the path is followed by arc length, without recording, until the load or the monitor turns back.
    subroutine why_stuck(problem, step, run, report, why, turns)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -190,7 +190,7 @@ contains
       end if
       call look_ahead(problem, run, at, points, turns)
       if (.not. turns) then
-         ! A step by arc length begins with an increment of the load.
+         ! Arc-length strategies begin with a load increment.
          if (is_arc_length(step%method)) then
             why = why//cut//' of the load factor)'
          else if (points > 0) then
@@ -224,7 +224,8 @@ contains
       if (.not. run%last%system%ok) return
       look = look_from(run)
       rate_here = rate()
-      ! A controlled quantity that changes against the increment at the start has turned before the last point.
+      ! If the controlled quantity at the last accepted point already changes against the sign of the increment, it has turned
+      ! before that point.
       if (.not. rate_here * run%control%increment > 0.0_wp) return
       do while (points < most_points)
          load = look%here%state%load_factor

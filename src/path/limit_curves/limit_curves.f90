@@ -1,9 +1,9 @@
 !> Limit points in two parameters: the limit load as a function of a foundation, a gap, an imperfection or a stiffness.
 !>
-!> Near a limit point the equilibria for all values of the parameter form a surface with two coordinates: a, the arc length from the
-!> last limit point along its tangent (the corrector brings any (a, parameter) to equilibrium), and p, the parameter. The limit
-!> points are the zeros of h(a, p), the load rate along the path: a plane curve, followed by steps along the curve and a search
-!> normal to each step, so that the curve may turn back in the parameter.
+!> Near a limit point the equilibria for all values of the parameter form a surface with two coordinates: the arc length a from the
+!> last limit point along its tangent, and the parameter p (the corrector finds the equilibrium for any a and p). The limit points
+!> are the zeros of h(a, p), the load rate along the path. They form a curve in the plane (a, p), which is followed by steps along
+!> the curve and a search normal to each step, so that the curve may turn back in the parameter.
 module limit_curves
    use problem, only: copy_problem
    use kinds, only: wp
@@ -31,7 +31,8 @@ module limit_curves
    public :: follow_limit_curves
 
    integer, parameter :: max_cuts = 12              !! halvings of a step along the curve; no input deck changes from 6 to 24
-   real(wp), parameter :: farthest = 0.5_wp  !! a zero is rejected if it is farther from its prediction than this share of the step
+   real(wp), parameter :: farthest = 0.5_wp  !! a zero is rejected if its distance from the prediction exceeds this part of the
+   !! step
    real(wp), parameter :: sharpest = 0.7_wp         !! smallest cosine of the angle between two steps; no input deck changes from
    !! 0.07 to 0.7
    real(wp), parameter :: easy = 5.0_wp             !! evaluations of one search up to which the step grows
@@ -68,7 +69,7 @@ contains
 
    contains
 
-      !> Begins a limit curve: records its first limit point, which is that of the path.
+      !> Begins a limit curve: records the limit point of the path as its first one.
       subroutine begin_curve(number, walk, trouble)
          integer, intent(in) :: number                  ! index into step%limit_curve
          type(curve_walk_t), intent(out) :: walk
@@ -97,7 +98,8 @@ contains
             follower%coordinate = as_coordinate(curve, present_value(follower%base, curve))
             walk%start = follower%coordinate
             follower%unit(2) = abs(curve%increment)
-            ! Unit of the arc length: at first a length over which the path is curved, later the movement in one step of the curve.
+            ! Unit of the arc length: at first a length over which the path is curved, later the change of a in one step of the
+            ! curve.
             follower%unit(1) = first_distance
             call stand_here(follower, own%list(i)%direction, own%list(i)%direction_load)
             if (.not. follower%system%ok) then
@@ -114,7 +116,7 @@ contains
             call report(step, walk, trial, '  ', .false., recorder, outcome)
             walk%points = 1
             walk%way = [0.0_wp, sign(1.0_wp, curve%increment)]
-            ! The movement of the path in a step of the curve is not known yet.
+            ! The change of a in one step of the curve is not known yet.
             walk%distance = first_step
             walk%turned_at = follower%coordinate
          end associate
@@ -130,7 +132,7 @@ contains
       end subroutine take_walk
    end subroutine follow_limit_curves
 
-   !> Follows one limit curve from the limit point where the walk is. Checkpoints are passed to the recorder on the way.
+   !> Follows one limit curve from the limit point reached by `walk`. Passes checkpoints to the recorder at limit points.
    subroutine follow_curve(step, own, walk, frame, recorder, trouble, outcome)
       type(step_t), intent(in) :: step
       type(critical_points_t), intent(inout) :: own
@@ -159,7 +161,7 @@ contains
             call search_near(place, merge([1.0_wp, 0.0_wp], [way(2), -way(1)], exact .or. points == 1))
             if (trial%report%converged .and. .not. exact) then
                call shorten_to_values(place, exact, final)
-               ! The search passed a requested value of the parameter: it is repeated at that value.
+               ! The search has passed a requested value of the parameter: the search is repeated at that value.
                if (exact) call search_near(place, [1.0_wp, 0.0_wp])
             end if
             if (.not. trial%report%converged) then
@@ -237,7 +239,8 @@ contains
 
    contains
 
-      !> Searches for the zero near a predicted place; a distant zero is another limit point, or lies behind the last one.
+      !> Searches for the zero near a predicted position; a zero farther away belongs to another limit point or lies behind the last
+      !> one.
       subroutine search_near(at, normal)
          real(wp), intent(inout) :: at(2)
          real(wp), intent(in) :: normal(2)
@@ -266,7 +269,7 @@ contains
                if (j <= n) value = as_coordinate(step%limit_curve(walk%number), values(j))
                reached = walk%follower%coordinate + at(2) * walk%follower%unit(2)
                if (j == n + 1) then
-                  ! A step that ends beyond the last value is shortened whatever its direction.
+                  ! A step that ends beyond the last value is always shortened.
                   if ((reached - last) * (last - walk%start) < 0.0_wp) cycle
                else
                   if ((value - walk%follower%coordinate) * at(2) <= 1.0e-9_wp * abs(at(2)) .or. &
@@ -292,8 +295,8 @@ contains
          walk%follower%system = new_system(walk%follower%problem)
          call linearise(walk%follower%problem, walk%follower%state, walk%follower%state, walk%follower%system)
          call stand_here(walk%follower, direction, 0.0_wp)
-         ! The unit of arc length lowers the load by a hundredth; the step's direction is converted to the new unit. The unit is not
-         ! changed near a turning point of the curve, where the slope vanishes.
+         ! Over a unit of arc length the load falls by a hundredth; the direction of the step is converted to the new unit. Near a
+         ! turning point of the curve, where the slope vanishes, the unit is not changed.
          if (abs(to%slope) > 0.0_wp .and. abs(walk%way(1)) < 0.3_wp) then
             unit = sqrt(2.0_wp * small_drop * abs(walk%follower%state%load_factor) * walk%follower%unit(1) / abs(to%slope))
             unit = min(max(unit, 0.5_wp * walk%follower%unit(1)), 2.0_wp * walk%follower%unit(1))
@@ -303,7 +306,7 @@ contains
          end if
       end subroutine accept_trial
 
-      !> Passes a checkpoint to the recorder.
+      !> Stores a checkpoint and passes it to the recorder, if the recorder requests one.
       subroutine keep_walk(now)
          logical, intent(in) :: now                       ! true: even if the recorder does not request one
          type(error_t), allocatable :: error
@@ -317,7 +320,7 @@ contains
       end subroutine keep_walk
    end subroutine follow_curve
 
-   !> Passes the last limit point on to the recorder.
+   !> Passes the last limit point to the recorder.
    subroutine report(step, walk, trial, label, rigid, recorder, outcome)
       type(step_t), intent(in) :: step
       type(curve_walk_t), intent(in) :: walk
@@ -348,7 +351,7 @@ contains
       end associate
    end subroutine report
 
-   !> Stores or reads the part of the checkpoint behind the frame.
+   !> Stores or reads the part of the checkpoint after the frame.
    subroutine exchange_walk(a, own, walk, outcome)
       type(archive_t), intent(inout) :: a
       type(critical_points_t), intent(inout) :: own

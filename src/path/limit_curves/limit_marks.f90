@@ -1,5 +1,5 @@
-!> Interface points of a limit curve where contact with foundations ends: they move with the curve, and the elements beside them are
-!> refined as the foundation becomes stiffer.
+!> Mesh of a limit curve at the ends of contact with foundations: the interface points move along the curve, and the elements beside
+!> them are refined as the foundation becomes stiffer.
 module limit_marks
    use kinds, only: wp
    use model, only: method_linearised
@@ -20,8 +20,8 @@ module limit_marks
 
 contains
 
-   !> Transfers a limit point to a mesh with interface points at the present ends of contact, unless its mesh has them and is fine
-   !> enough there.
+   !> Transfers a limit point to a mesh with interface points at the present ends of contact, unless its mesh has these points and
+   !> is fine enough beside them.
    subroutine renew_marks(base, problem, state, direction, ok)
       type(problem_t), intent(inout) :: base     !! the problem with the deck's value of the parameter
       type(problem_t), intent(inout) :: problem
@@ -39,13 +39,12 @@ contains
       if (ok) base = same_spans(base, problem)
    end subroutine renew_marks
 
-   !> Transfers a limit point to a mesh without interface points, on which elements determine their contact with foundations
-   !> themselves.
+   !> Transfers a limit point to a mesh without interface points, on which the ends of contact lie inside elements.
    subroutine take_marks_off(problem, state, direction, ok)
       type(problem_t), intent(inout) :: problem
       type(state_t), intent(inout) :: state
-      real(wp), allocatable, intent(inout) :: direction(:, :)
-      logical, intent(out) :: ok
+      real(wp), allocatable, intent(inout) :: direction(:, :) !! as in renew_marks
+      logical, intent(out) :: ok                              !! as in renew_marks
       ok = .true.
       if (size(problem%mark) == 0) return
       call stand_on(new_span_problem(problem, present_contact_spans(problem, state), state), problem, state, direction, ok)
@@ -56,8 +55,8 @@ contains
       type(problem_t), intent(in) :: next
       type(problem_t), intent(inout) :: problem
       type(state_t), intent(inout) :: state
-      real(wp), allocatable, intent(inout) :: direction(:, :)
-      logical, intent(out) :: ok
+      real(wp), allocatable, intent(inout) :: direction(:, :) !! as in renew_marks
+      logical, intent(out) :: ok                              !! as in renew_marks
       type(state_t) :: there
       type(system_t) :: system
       type(control_t) :: hold

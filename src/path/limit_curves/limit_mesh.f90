@@ -33,8 +33,8 @@ contains
          & small_drop * follower%state%load_factor, bars)
    end subroutine bars_here
 
-   !> Searches for the last limit point on finer meshes until its load satisfies the tolerance. If no limit point is found on a
-   !> mesh, the previous one is kept.
+   !> Searches for the last limit point on finer meshes until the error of its load is within the tolerance. If the search fails on
+   !> a mesh, the result of the previous mesh is kept.
    subroutine refine_limit_point(follower, step)
       type(follower_t), intent(inout) :: follower
       type(step_t), intent(in) :: step

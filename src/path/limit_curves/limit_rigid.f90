@@ -1,5 +1,5 @@
-!> End of a limit curve over the modulus of a foundation: the last limit point with the obstacle rigid. The pressed parts of the
-!> rods then are contact spans, or contact at nodes if rods or deck do not allow contact spans.
+!> End of a limit curve over the modulus of a foundation: the last limit point, with a rigid obstacle. The parts of the rods that
+!> carry pressure become contact spans, or contact at nodes if rods or deck do not allow contact spans.
 module limit_rigid
    use kinds, only: wp
    use model, only: model_t, limit_curve_t
@@ -20,7 +20,8 @@ module limit_rigid
 
 contains
 
-   !> Makes the curve's obstacle rigid. The state is in equilibrium with contact spans, or a predictor with contact at nodes.
+   !> Makes the obstacle of the curve rigid. With contact spans the state on return is in equilibrium, with contact at nodes it is
+   !> only a predictor.
    subroutine make_rigid(curve, problem, state, direction, ok)
       type(limit_curve_t), intent(in) :: curve
       type(problem_t), intent(inout) :: problem  !! problem at the last limit point
@@ -52,7 +53,7 @@ contains
          call copy_problem(next, problem)
       end subroutine stand_at_nodes
 
-      !> Replaces the pressed parts of the foundation contact by line contacts.
+      !> Replaces the foundation contact that carries pressure by line contacts.
       subroutine lay_down()
          type(problem_t) :: base
          type(contact_span_t), allocatable :: contact_span(:)
@@ -64,7 +65,7 @@ contains
             & state, direction, ok)
       end subroutine lay_down
 
-      !> Line contacts where the curve's obstacle pushes: the parts of each rod segment between the ends of contact.
+      !> Line contacts on the curve's obstacle: the parts of each rod segment between the ends of its pressure.
       function pressed_lines(last) result(line)
          integer, intent(in) :: last                !! last identity number of a contact span
          type(contact_span_t), allocatable :: line(:)

@@ -21,7 +21,7 @@ module limit_search
    !! from 20 to 80
    real(wp), parameter :: first_move = 0.01_wp      !! first step of a search, in units of the coordinates
    real(wp), parameter :: longest_move = 3.0_wp     !! longest step of a search; no input deck changes up to 30, one changes at 0.3
-   real(wp), parameter :: narrow = 1.0e-10_wp       !! places closer than this, in units of the coordinates, count as one; no input
+   real(wp), parameter :: narrow = 1.0e-10_wp       !! points closer than this, in units of the coordinates, count as one; no input
    !! deck changes from 1E-11 to 1E-9
    real(wp), parameter :: small_drop = 0.01_wp !! relative decrease of the load over one unit of arc length from the limit point
 
@@ -38,7 +38,7 @@ module limit_search
       real(wp) :: rate_scale = 1.0_wp                !! reference value of the load rate h
    end type follower_t
 
-   !> Place of a run on a limit curve between two limit points, with everything on which the next limit point depends.
+   !> Position of a run on a limit curve between two limit points, with all data on which the next limit point depends.
    type :: curve_walk_t
       type(follower_t) :: follower
       integer :: number = 0                      !! index of the curve in its step
@@ -62,7 +62,7 @@ module limit_search
 
 contains
 
-   !> Copies a follower; a procedure for the reason given at copy_problem.
+   !> Assignment of a follower as a procedure, for the reason given at copy_problem.
    pure subroutine copy_follower(from, to)
       type(follower_t), intent(in) :: from
       type(follower_t), intent(inout) :: to
@@ -72,7 +72,7 @@ contains
    !> Sets the path tangent at the follower's state, oriented along a given direction.
    subroutine stand_here(follower, direction, direction_load)
       type(follower_t), intent(inout) :: follower
-      real(wp), intent(in) :: direction(:, :), direction_load
+      real(wp), intent(in) :: direction(:, :), direction_load !! (3, nodes); load factor
       call linearise(follower%problem, follower%state, follower%state, follower%system)
       if (.not. follower%system%ok) return
       follower%control%method = method_cylindrical
@@ -80,7 +80,8 @@ contains
       follower%control%method = method_linearised
    end subroutine stand_here
 
-   !> Sets the unit of arc length, over which the load falls by a hundredth, and the reference value of the load rate.
+   !> Sets the unit of arc length, over which the load falls by a hundredth from a limit point, and the reference value of the load
+   !> rate.
    subroutine scale_rate(follower, trial)
       type(follower_t), intent(inout) :: follower
       type(trial_t), intent(out) :: trial
@@ -91,15 +92,15 @@ contains
          follower%unit(1) = 0.5_wp * follower%unit(1)
       end do
       if (.not. abs(trial%rate) > 0.0_wp) return
-      ! The rate is proportional to the arc length from the limit point.
+      ! Near a limit point the load rate is proportional to the distance from it.
       follower%unit(1) = sqrt(2.0_wp * small_drop * abs(follower%state%load_factor) * follower%unit(1) / abs(trial%rate))
       follower%rate_scale = 2.0_wp * small_drop * abs(follower%state%load_factor) / follower%unit(1)
    end subroutine scale_rate
 
-   !> Evaluates the load rate h at a point of the surface, with both coordinates in their units from the last limit point.
+   !> Evaluates the load rate h at a point of the surface of equilibria.
    subroutine evaluate_rate(follower, place, trial)
       type(follower_t), intent(inout) :: follower
-      real(wp), intent(in) :: place(2)
+      real(wp), intent(in) :: place(2) !! arc length and coordinate, in follower%unit, from the limit point
       type(trial_t), intent(out) :: trial
       type(state_t) :: start
       type(control_t) :: control
@@ -115,7 +116,7 @@ contains
       end if
       start = carry_state(follower%problem, trial%problem, follower%state)
       trial%state = start
-      ! The system's storage contains the foundation springs.
+      ! The storage of the system depends on the foundation springs, which change with the parameter.
       follower%system = new_system(trial%problem)
       control = follower%control
       control%increment = place(1) * follower%unit(1)
@@ -127,14 +128,14 @@ contains
       trial%rate = control%tangent_load
    end subroutine evaluate_rate
 
-   !> Searches for h = 0 from a point along a normal to the curve: by secants until the zero is bracketed.
+   !> Searches for h = 0 along a line normal to the curve, by secants until the zero is bracketed, then within the bracket.
    subroutine search(follower, step, place, normal, trial, searches)
       type(follower_t), intent(inout) :: follower
       type(step_t), intent(in) :: step
       real(wp), intent(inout) :: place(2)          !! predicted on entry, found on return
-      real(wp), intent(in) :: normal(2)
+      real(wp), intent(in) :: normal(2)            !! unit direction of the search
       type(trial_t), intent(out) :: trial
-      integer, intent(out) :: searches
+      integer, intent(out) :: searches !! evaluations of h
       type(trial_t) :: next
       type(bracket_t) :: bracket
       real(wp) :: q, h, q_old, h_old, slope
@@ -147,14 +148,14 @@ contains
       q_old = 0.0_wp
       h_old = trial%rate
       if (.not. abs(h_old) > 0.0_wp) return
-      ! The direction in which the rate falls is unknown: a small step determines it.
+      ! The direction in which h falls is unknown: a small step shows it.
       q = first_move
       bracketed = .false.
       do searches = 2, max_searches
          call evaluate_rate(follower, place + q * normal, next)
          total = total + next%iterations
          if (.not. next%report%converged) then
-            ! Half the distance to the last point that converged.
+            ! The next point is half as far from the last point that converged.
             q = 0.5_wp * (q + q_old)
             if (abs(q - q_old) < narrow) exit
             cycle
@@ -170,7 +171,7 @@ contains
             bracket = new_bracket(merge(h_old, h, q_old < q), merge(h, h_old, q_old < q), min(q, q_old), max(q, q_old))
          end if
          if (bracketed) open = bracket%high - bracket%low > narrow
-         ! The load differs from the limit load by h^2 over twice the slope.
+         ! The difference between the load and the limit load is h^2 over twice the slope.
          if (accurate(h, slope) .or. .not. open) then
             if (abs(normal(1)) > 0.7_wp) trial%slope = slope / normal(1)
             place = place + q * normal
@@ -211,7 +212,7 @@ contains
    !> Coordinate of the curve: the parameter or its decimal logarithm.
    pure real(wp) function as_coordinate(curve, value)
       type(limit_curve_t), intent(in) :: curve
-      real(wp), intent(in) :: value
+      real(wp), intent(in) :: value !! value of the parameter
       as_coordinate = value
       if (curve%logarithmic) as_coordinate = log10(value)
    end function as_coordinate
@@ -219,7 +220,7 @@ contains
    !> Value of the parameter at a coordinate of the curve.
    pure real(wp) function as_value(curve, coordinate)
       type(limit_curve_t), intent(in) :: curve
-      real(wp), intent(in) :: coordinate
+      real(wp), intent(in) :: coordinate !! the parameter or its decimal logarithm
       as_value = coordinate
       if (curve%logarithmic) as_value = 10.0_wp**coordinate
    end function as_value

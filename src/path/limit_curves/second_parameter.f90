@@ -21,7 +21,7 @@ module second_parameter
 
 contains
 
-   !> Value of the parameter in a problem; 1 for parameters that are factors.
+   !> Present value of the parameter; 1 for parameters that multiply given values.
    pure real(wp) function present_value(problem, curve) result(value)
       type(problem_t), intent(in) :: problem
       type(limit_curve_t), intent(in) :: curve
@@ -47,7 +47,7 @@ contains
    function problem_at(base, curve, value) result(problem)
       type(problem_t), intent(in) :: base       !! the problem with the deck's value of the parameter
       type(limit_curve_t), intent(in) :: curve
-      real(wp), intent(in) :: value
+      real(wp), intent(in) :: value !! new value of the parameter
       type(problem_t) :: problem
       integer :: k
       call copy_problem(base, problem)
@@ -55,7 +55,7 @@ contains
          problem%constant = base%constant%scaled(value)
          return
       end if
-      ! Element numbers of the deck refer to the deck's mesh; curves are the same on every mesh.
+      ! Element numbers of the deck refer to the mesh of the deck; curves are numbered alike on every mesh.
       k = 0
       if (curve%parameter == parameter_imperfection) &
          & k = base%deck%curve(base%deck%mesh%curve(curve%element(1)))%imperfection
@@ -108,7 +108,7 @@ contains
       call derive_again(base, problem)
    end function rigid_problem
 
-   !> Places the contact spans of `base` on a mesh for a changed deck.
+   !> Makes a mesh with the contact spans of `base` for a changed deck.
    subroutine lay_spans_again(base, problem)
       type(problem_t), intent(in) :: base
       type(problem_t), intent(inout) :: problem !! its deck and layout are the changed ones
@@ -117,7 +117,7 @@ contains
       problem%weight = base%weight
    end subroutine lay_spans_again
 
-   !> Derives everything that depends on the model; data of previous steps are kept.
+   !> Derives the data that depend on the model; data of previous steps are kept.
    subroutine derive_again(base, problem)
       type(problem_t), intent(in) :: base
       type(problem_t), intent(inout) :: problem
@@ -127,7 +127,7 @@ contains
       problem%size = base%size
    end subroutine derive_again
 
-   !> Transfers a state to another problem as a predictor: every node keeps its position in space.
+   !> Transfers a state to another problem as a predictor. All nodes keep their positions in space.
    function carry_state(from, to, state) result(carried)
       type(problem_t), intent(in) :: from, to
       type(state_t), intent(in) :: state
@@ -162,7 +162,7 @@ contains
 
    contains
 
-      !> Replaces foundation contact inside elements by contact at the nodes that the foundation pushes.
+      !> Replaces foundation contact inside elements by contact at the nodes at which the foundation exerts pressure.
       subroutine touch_nodes()
          integer :: k, place
          real(wp) :: share(from%ground%chain%n)
@@ -170,7 +170,7 @@ contains
          carried%grounded = to%ground%founded
          carried%segment = spread(segment_unknown, 1, to%ground%chain%n)
          carried%push = spread(spread(unknown_push, 1, size(state%push, 1)), 2, to%ground%chain%n)
-         ! Foundation forces at the Gauss points came last among the element unknowns; they are no longer stored.
+         ! The last element unknowns are the foundation forces at the Gauss points; the new problem does not have these.
          deallocate (carried%z)
          allocate (carried%z(maxval(to%z_size), size(state%z, 2)), source=0.0_wp)
          k = min(size(state%z, 1), size(carried%z, 1))

@@ -1,4 +1,4 @@
-!> Transfers points of the path to other meshes with the same contact set, in equilibrium there.
+!> Transfers points of the path to other meshes with the same contact set, and finds their equilibrium there.
 module mesh_transfer
    use kinds, only: wp
    use model, only: method_load, method_displacement
@@ -28,12 +28,12 @@ module mesh_transfer
 
 contains
 
-   !> Transfers the run's point to another mesh with the same contact set; nothing changes if no equilibrium is found.
+   !> Transfers the run's last point to another mesh with the same contact set; nothing changes if no equilibrium is found there.
    subroutine stand_on(next, problem, run, done)
       type(problem_t), intent(in) :: next
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
-      logical, intent(out) :: done
+      logical, intent(out) :: done !! true: an equilibrium was found
       type(problem_t) :: kept
       type(path_state_t) :: before
       call copy_problem(problem, kept)
@@ -45,11 +45,11 @@ contains
       call copy_path_state(before, run)
    end subroutine stand_on
 
-   !> Finds the equilibrium of the run's point on the mesh to which it was transferred.
+   !> Finds the equilibrium of the run's last point on the mesh to which it was transferred.
    subroutine rebalance(problem, run, done)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run              !! unchanged without success
-      logical, intent(out) :: done
+      logical, intent(out) :: done                          !! true: an equilibrium was found
       type(path_point_t) :: better
       type(control_t) :: hold
       type(increment_t) :: report
@@ -59,25 +59,25 @@ contains
       behind_flat = .false.
       better = run%last
       if (.not. (run%fresh .or. is_stress_free(run%last%state))) then
-         ! The quantity prescribed by load or displacement control is fixed; otherwise the plane normal to the path, which works at
-         ! limit points as well.
+         ! The constraint keeps the quantity prescribed by load or displacement control; with other strategies it is the plane
+         ! normal to the path, which has an equilibrium at limit points as well.
          hold = normal_plane(problem, run%last%state, run%last%tangent)
          if (any(run%control%method == [method_load, method_displacement])) hold = run%control
          hold%increment = 0.0_wp
          call bring_to_balance()
-         ! A mesh error larger than all displacements so far is impossible: the result is another equilibrium.
+         ! If the difference between the meshes exceeds all displacements so far, the result is another equilibrium.
          if (done) done = stays_within(problem, run%last%state, better%state, run%motion)
          if (.not. done) return
       end if
       associate (before => run%last%tangent, pivots => run%last%test_values%negative_pivots, system => better%system)
          better%tangent = path_tangent_at(problem, system, before%u, before%load)
-         ! If the displacements of a coarse mesh differ so much that they do not give the sense of the path, the rate of the load
-         ! does: this rate changes sign together with the stability.
+         ! On a coarse mesh the displacements may differ so much that they do not give the direction of travel. It then follows from
+         ! the load rate, which changes its sign together with the stability.
          if (system%negative_pivots == pivots .and. better%tangent%load * before%load < 0.0_wp) then
             if (angle_between(problem, before%u, better%tangent%u) > largest_turn) &
                & better%tangent = path_tangent_at(problem, system, 0.0_wp * before%u, before%load)
          end if
-         ! A mesh change that changes both direction and stability of the path is rejected.
+         ! A mesh change that changes both direction of travel and stability is rejected.
          if (.not. run%fresh .and. system%negative_pivots /= pivots) &
             & done = angle_between(problem, before%u, better%tangent%u) <= largest_turn
       end associate
@@ -85,11 +85,12 @@ contains
       run%mesh%change_behind = behind_flat
       call evaluate_tests(problem, better)
       associate (old => run%last%test_values, new => better%test_values)
-         ! Pivots without force-free line contacts do not depend on the mesh.
+         ! The number of negative pivots without force-free line contacts is the same on all meshes.
          new%weak = old%weak
          new%free_pivots = old%free_pivots
-         ! Events between the two meshes must be reported once: begin or end of contact with a foundation, bifurcation, limit point.
-         ! Just after a contact change there is no followed path on which the load's rate could have changed sign.
+         ! An event between the positions of the point on both meshes must be reported once: contact with a foundation that begins
+         ! or ends, a bifurcation, a limit point. Just after a contact change there is no path behind on which the load rate could
+         ! have changed its sign.
          new%grounded = old%grounded
          if (.not. run%fresh) new%negative_pivots = old%negative_pivots
          if (.not. run%fresh .and. run%arc_length > run%since_change%at .and. new%load_rate * old%load_rate < 0.0_wp) &
@@ -99,15 +100,15 @@ contains
 
    contains
 
-      !> Fixes the touchdown point that moves fastest, if any: near a limit point the end of a line contact may move far while the
-      !> rest hardly moves, and the plane normal to the path has no equilibrium on a mesh with a lower limit load.
+      !> Fixes the touchdown point that moves fastest, if any. Near a limit point the end of a line contact may move far while the
+      !> rest hardly moves; a mesh with a lower limit load then has no equilibrium in the plane normal to the path.
       subroutine bring_to_balance()
          integer :: fastest
          real(wp) :: rate
          fastest = 0
          if (is_arc_length(run%control%method)) call find_fastest(problem, run%last, fastest, rate)
          done = .false.
-         ! A change by the structure's size corresponds to a change by the whole displacement.
+         ! A touchdown point that moves by the structure's size while the structure moves by its whole displacement is fixed.
          if (fastest > 0) then
             if (rate * abs(hold%tangent_load) * sqrt(metric(problem, run%last%state%u, run%last%state%u)) > problem%size) &
                & call stay_in_place(problem, run, fastest, better, done)
@@ -124,7 +125,7 @@ contains
       end subroutine bring_to_balance
    end subroutine rebalance
 
-   !> Transfers a point that is not the run's last one, the known equilibrium of another contact set, to a finer mesh.
+   !> Transfers an equilibrium that is not the run's last point, but that of another contact set, to a finer mesh.
    subroutine refine_point(problem, run, point, density, done)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(in) :: run          !! on the mesh of `problem`
@@ -156,7 +157,7 @@ contains
       call linearise(problem, run%last%state, run%last%state, run%last%system)
    end subroutine move_to_mesh
 
-   !> Finds the touchdown point with the largest rate of position by load.
+   !> Finds the touchdown point whose position changes fastest with the load.
    subroutine find_fastest(problem, point, fastest, rate)
       type(problem_t), intent(in) :: problem
       type(path_point_t), intent(in) :: point

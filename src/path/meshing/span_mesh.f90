@@ -36,7 +36,7 @@ contains
       end if
    end subroutine prepare_mesh
 
-   !> Remeshes at the run's point: finer for spans that have grown, with nodes at the interface points of foundations.
+   !> Remeshes at the run's last point: finer for spans that have grown, with nodes at the interface points of foundations.
    subroutine renew_mesh(problem, run)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
@@ -52,8 +52,7 @@ contains
          & run, done)
    end subroutine renew_mesh
 
-   !> Remeshes as the last trial requests: at the run's point, from which the increment must be repeated, or else at the trial
-   !> itself.
+   !> Remeshes as the last trial requires: at the run's last point, from which the increment is repeated, or else at the trial.
    subroutine refine_mesh(problem, run, trial, settled, request, taken, done)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
@@ -76,11 +75,11 @@ contains
       call copy_problem(asked, here)
       here%demand = taken_along(problem, run%last%state, asked%demand)
       cut = find_cuts(problem, trial%state)
-      ! An unloaded start has no contact ends yet: the new mesh is built from the trial state, not from the start.
+      ! An unloaded start has no ends of contact yet: the new mesh is made for the trial, not for the start.
       if (settled .and. run%fresh) call remesh_trial(.false.)
       if (.not. taken .and. (problem%has_spans() .or. request%at_last_point .or. marked(problem, trial%state, &
          & cut))) call stand_here()
-      ! If nodes, or elements on foundations, have just detected contact, the run's point has no such spans.
+      ! If nodes, or elements on foundations, have just detected contact, the run's last point lacks the spans of the trial.
       if (.not. (taken .or. done)) request%density_before = present_demand(problem, run%last%state)
       if (.not. (taken .or. done)) call remesh_trial(request%events_located)
       ! Newton's method may fail on one mesh and converge on another, which may be finer than requested.
@@ -93,7 +92,7 @@ contains
       if (.not. (taken .or. done)) call remesh_trial(.false.)
       done = done .or. taken
       if (.not. done .and. allocated(finer)) then
-         ! No equilibrium was found from the coarsened mesh: the mesh before it is restored.
+         ! On the coarsened mesh no equilibrium was found: the mesh before coarsening is restored.
          call step_back(finer, problem, run)
          done = .true.
       end if
@@ -101,14 +100,14 @@ contains
 
    contains
 
-      !> Transfers the run's point to the requested mesh.
+      !> Transfers the run's last point to the requested mesh.
       subroutine stand_here()
          call stand_on(new_span_problem(here, present_contact_spans(problem, run%last%state), run%last%state, find_cuts(problem, &
             & run%last%state)), &
             & problem, run, done)
       end subroutine stand_here
 
-      !> Transfers the trial to another mesh, in equilibrium there, and the run's point with it, in equilibrium if possible.
+      !> Transfers the trial, in equilibrium, and the run's last point, in equilibrium if possible, to another mesh.
       subroutine remesh_trial(both)
          logical, intent(in) :: both                    !! true: the run's point, too, must be in equilibrium on the mesh
          type(problem_t) :: before
@@ -134,7 +133,7 @@ contains
          run%last%tangent = path_tangent_t(carried_field(before, start%state, start%tangent%u, problem, state), start%tangent%load)
          run%last%test_values = start%test_values
          if (.not. fresh) then
-            ! Shorter increments may start at the run's point, and events may be located from it.
+            ! Shorter increments may start at the run's last point, and events may be located from it.
             call rebalance(problem, run, settled)
             taken = settled .or. .not. both
             if (.not. taken) then
@@ -147,7 +146,7 @@ contains
       end subroutine remesh_trial
    end subroutine refine_mesh
 
-   !> Mesh density for a trial, moved with the nodes to another state: density in a span moves with the ends of the span.
+   !> Mesh density for a trial, transferred to the mesh of another state: the density in a span moves with the ends of the span.
    function taken_along(problem, state, demand) result(here)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -165,7 +164,7 @@ contains
    end function taken_along
 
    !> Coarsens the mesh as far as the errors of the last point permit, if the coarser mesh has fewer elements and an equilibrium.
-   !> The next trial shows whether this mesh is good enough.
+   !> The next trial shows whether an increment converges on it.
    subroutine coarsen_mesh(problem, run)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
@@ -178,14 +177,14 @@ contains
       asked = new_span_problem(asked, present_contact_spans(problem, run%last%state), run%last%state, find_cuts(problem, &
          & run%last%state))
       if (asked%model%mesh%n_elements >= problem%model%mesh%n_elements) then
-         ! The spans have their least numbers of elements already.
+         ! The spans already have their smallest numbers of elements.
          run%mesh%points_to_keep = rest_of_mesh
          return
       end if
       before = point_on_mesh_t(problem, run%last)
       call stand_on(asked, problem, run, done)
       if (.not. done) return
-      ! The coarser mesh is rejected if the rate of the load changes sign on it.
+      ! The coarser mesh is rejected if the load rate changes its sign on it.
       if (run%last%tangent%load * before%point%tangent%load < 0.0_wp) then
          call step_back(before, problem, run)
          return
@@ -194,7 +193,7 @@ contains
       call count_up(counter_remeshed)
    end subroutine coarsen_mesh
 
-   !> Returns the run to the checkpoint before its mesh was coarsened; the mesh is not coarsened again for some points.
+   !> Returns the run to its last point before the mesh was coarsened; for some points the mesh is not coarsened again.
    subroutine step_back(finer, problem, run)
       type(point_on_mesh_t), intent(in) :: finer
       type(problem_t), intent(inout) :: problem

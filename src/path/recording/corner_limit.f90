@@ -1,9 +1,9 @@
 !> A contact change is a corner of the path: the path tangents before and after it differ, and the load may turn there.
 !>
 !> If the load increases up to the corner and decreases behind it, or the reverse, the corner is a limit point, although no load
-!> rate vanishes and no tangent is singular there. The limit point is reported in addition to the contact change, at the same point.
-!> For contact at nodes, one node more or less at the end of a contact region depends on the mesh; neither that change nor a turn of
-!> the load there is an event.
+!> rate vanishes and no tangent is singular. This limit point is reported in addition to the contact change, at the same point. At
+!> the end of a region of contact at nodes, the change of one node depends on the mesh; neither that change nor a turn of the load
+!> there is an event.
 module corner_limit
    use kinds, only: wp
    use text, only: to_text
@@ -38,7 +38,7 @@ contains
       associate (arrived => run%arrived)
          critical = new_critical('LP', note_of_corner, arrived%bars)
          critical%point = arrived%point
-         ! The state with the next contact set may have another load factor already.
+         ! The state with the next contact set may already have another load factor.
          point = run%last
          point%state%load_factor = arrived%load_factor
          point%test_values%monitor = arrived%monitor
@@ -62,7 +62,7 @@ contains
    end function load_turns
 
    !> Ends a run under load or displacement control if the path behind a contact change continues against the sign of the increment.
-   !> The load increments at the beginning of a step by arc length change their sign instead.
+   !> In a step by arc length that begins with load increments, the increment changes its sign instead.
    subroutine check_return(problem, step, run, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step

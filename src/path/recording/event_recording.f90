@@ -58,7 +58,7 @@ contains
          if (event%kind == event_limit) call check_closure(problem, run, point%state, event%label, outcome)
          if (outcome%home) return
          critical = new_critical(event%label, event%note, located_event%bars)
-         ! The path has two tangents at a corner.
+         ! At a corner of the path the two tangents have different pivots: those before the event are recorded.
          before = merge(pivots, point%system%negative_pivots, smooth)
          call record(problem, run, point, event%label, located_event%report, recorder, outcome, first_touch(problem, event, &
             & point%state), located_event%bars, smooth=.not. event%corner, pivots=before)
@@ -130,7 +130,7 @@ contains
       run%arrived%point = 0
    end subroutine go_to
 
-   !> (candidates) true for the candidate with the smallest gap, the first to carry force, if contact at nodes is gained.
+   !> (candidates) true for the candidate with the smallest gap, which is the first to carry force, if contact at nodes is gained.
    function first_touch(problem, event, place) result(touching)
       type(problem_t), intent(in) :: problem
       type(event_t), intent(in) :: event
@@ -153,7 +153,7 @@ contains
       if (nearest > 0) touching(nearest) = .true.
    end function first_touch
 
-   !> Reports a critical point: the point recorded last, or the point whose row is given.
+   !> Reports a critical point, which is the point recorded last or the point at a given row of the results.
    subroutine announce(problem, run, critical, point, exact, recorder, outcome)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -182,7 +182,7 @@ contains
       if (allocated(error)) outcome%why = error%message
    end subroutine announce
 
-   !> Finds the null vectors of a bifurcation: modes with vanishing eigenvalues, on the mesh and at the deck's nodes.
+   !> Finds the null vectors of a bifurcation, the modes with vanishing eigenvalues, on the mesh and at the deck's nodes.
    subroutine find_null_vectors(problem, step, system, state, event, point, modes)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -206,9 +206,9 @@ contains
       if (n > 2) point%note = 'bifurcation, '//to_text(n)//'-fold'
    end subroutine find_null_vectors
 
-   !> Makes a critical point with label and note. (gfortran 12 loses the length of a deferred-length component in a constructor.)
+   !> Critical point with label and note. (gfortran 12 loses the length of a deferred-length component in a structure constructor.)
    function new_critical(label, note, bars) result(critical)
-      character(*), intent(in) :: label, note
+      character(*), intent(in) :: label, note !! LP, BP, ...; remark in words
       type(error_bars_t), allocatable, intent(in), optional :: bars
       type(critical_t) :: critical
       critical%label = label

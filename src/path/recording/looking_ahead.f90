@@ -1,4 +1,4 @@
-!> Follows the path beyond the end of a run by arc length, without recording, so that messages about the path ahead are verified.
+!> Follows the path beyond the end of a run by arc length, without recording, to verify messages about the path ahead.
 module looking_ahead
    use kinds, only: wp
    use model, only: method_cylindrical
@@ -15,7 +15,7 @@ module looking_ahead
 
    integer, parameter :: most_cuts = 10        !! largest number of halvings of the increment in one look
 
-   !> A look ahead: the point reached by following the path without recording.
+   !> A look ahead: the state of following the path without recording.
    type :: look_t
       type(path_point_t) :: here               !! the last accepted point of the run, or the point reached last
       type(control_t) :: control               !! constraint of the increments
@@ -24,8 +24,8 @@ module looking_ahead
 
 contains
 
-   !> Begins a look at the last accepted point of the run; the increment is the last arc length, or its estimate from the load
-   !> increment if nothing has moved yet.
+   !> Begins a look at the last accepted point of the run. Its increment is the arc length of the last increment, or an estimate
+   !> from the load increment if nothing has moved yet.
    pure function look_from(run) result(look)
       type(path_state_t), intent(in) :: run
       type(look_t) :: look
@@ -36,11 +36,12 @@ contains
       look%here = run%last
    end function look_from
 
-   !> Moves the look to the next point of the path, if an increment converges on the path and the contact spans stay valid.
+   !> Moves the look to the next point of the path, if the corrector converges to a point on the path and the contact spans stay
+   !> valid.
    subroutine look_on(problem, look, found)
       type(problem_t), intent(in) :: problem
       type(look_t), intent(inout) :: look      !! its point is unchanged if none is found
-      logical, intent(out) :: found
+      logical, intent(out) :: found            !! true: the look has moved
       type(path_point_t) :: next
       type(increment_t) :: report
       found = .false.
@@ -60,7 +61,7 @@ contains
          look%control%increment = 0.5_wp * look%control%increment
       end do
       if (look%cuts > most_cuts) return
-      ! The look does not follow contact changes.
+      ! Contact changes are not followed.
       if (problem%has_spans()) report%converged = spans_hold(problem, next%state, next%system%force_scale)
       if (.not. report%converged) return
       found = .true.

@@ -1,4 +1,4 @@
-!> Acceptance of a converged increment: its events are located and recorded, then its end, to which the path state moves.
+!> Acceptance of a converged increment: its events are located and recorded, then the trial, which becomes the last accepted point.
 !>
 !>   find_events (event_search) -> duplicates (event_order) -> does a shorter increment resolve more? (spurious_events)
 !>   -> check of each event, error bars, mesh request (settle_events) -> the same for the trial (settle_trial)
@@ -50,8 +50,8 @@ module path_acceptance
 
 contains
 
-   !> Locates, orders and records the events of a converged increment and its end, and moves the path state to that end, unless the
-   !> increment must be repeated.
+   !> Locates, orders and records the events of a converged increment and then the trial, which becomes the last accepted point.
+   !> Nothing is recorded if the increment must be repeated.
    subroutine accept(problem, step, run, trial, arrival, recorder, request, finished, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -95,9 +95,8 @@ contains
 
    contains
 
-      !> Finds the contact changes at whose corners the load turns. A limit point at a corner without a reported contact change is
-      !> rejected if contact at nodes changes in the increment: such corners depend on the mesh, and shorter increments pass around
-      !> them.
+      !> Finds the contact changes at whose corners the load turns. If contact at nodes changes in the increment, a limit point at a
+      !> corner without a reported contact change is rejected: such corners depend on the mesh, and shorter increments pass them.
       subroutine find_corners()
          integer :: i
          findings%beside = beside(findings%seen)
@@ -116,13 +115,13 @@ contains
       !> refined.
       subroutine begin_asking()
          findings%stops = stop_met(step, run%last%test_values, trial%test_values)
-         ! The mesh is not refined if the deck gives it, or if it was remade for this increment already: a second mesh made here
-         ! would lack the same nodes at interface points as the first. (A point before the event supplies them: the mesh of the
-         ! next increment begins there.)
+         ! The mesh is not refined if the deck gives it, or if it was already remade for this increment: a further mesh made at the
+         ! trial would lack nodes at the same interface points as the first. (The mesh of the next increment, which begins at a
+         ! point before the event, has these nodes.)
          findings%as_it_is = .not. any(problem%layout%rod_segment%placed) .or. arrival%tries > 0
       end subroutine begin_asking
 
-      !> Reports events that were not located at the trial, which lies behind them.
+      !> Reports events that were not located at the trial, which is the next point of the path behind the events.
       subroutine announce_missed()
          integer :: i
          do i = 1, size(findings%seen)
@@ -131,7 +130,7 @@ contains
                call announce(problem, run, new_critical(event%label, event%note), trial, .false., recorder, outcome)
                call note_bracketed(outcome, event%note, run%last%state%load_factor, trial%state%load_factor)
                finished = finished .or. event%kind == event_stop
-               ! The point counts for the closure check; no branch can start there.
+               ! The point is stored for the closure check; no branch can start there.
                call keep_critical_point(problem, run, event%label, trial%state, trial%state, 1.0_wp, &
                   & run%arc_length + path_length(problem, run%last%state, trial%state), trial%test_values%negative_pivots, 0)
             end associate
@@ -203,7 +202,7 @@ contains
          associate (located_event => findings%seen(i))
             findings%duplicate(i) = turns_by_rounding(problem, step, run, trial, located_event)
             if (findings%duplicate(i)) return
-            ! Bars of a branch closure are those of the parent path, on its mesh.
+            ! A branch closure already has the error bars of its point on the parent path.
             if (allocated(located_event%bars)) return
             request%shorter = arrival%can_cut .and. located_event%event%kind == event_stop .and. hides_release(problem, run, &
                & findings, i)
@@ -248,7 +247,7 @@ contains
 
    contains
 
-      !> Reports a limit point at the corner of a contact change, which is the point recorded last.
+      !> Reports a limit point at the corner of a contact change. The contact change is the point recorded last.
       subroutine announce_beside(change)
          integer, intent(in) :: change              ! index of the contact change among the events seen
          integer :: i
@@ -261,7 +260,7 @@ contains
       end subroutine announce_beside
    end subroutine record_events
 
-   !> Reports the contact change that the trial is known to be.
+   !> Reports the contact change at the trial, of which the caller gives label and multiplicity.
    subroutine announce_contact(problem, run, trial, arrival, findings, recorder, outcome)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
@@ -285,7 +284,7 @@ contains
          & path_length(problem, run%last%state, trial%state), trial%test_values%negative_pivots, 0)
    end subroutine announce_contact
 
-   !> Moves the path state to the trial. Bifurcations behind the trial are removed from its number of negative pivots.
+   !> Moves the path state to the trial. Bifurcations behind the trial do not count in its number of negative pivots.
    subroutine arrive(problem, run, trial, arrival, findings)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
@@ -305,7 +304,7 @@ contains
             if (seen(i)%later) pivots = pivots - nint(sign(1.0_wp, seen(i)%event%before))
          end do
       end associate
-      ! Changes of contact at nodes without a label depend on the mesh and are no corners of the path.
+      ! Changes of contact at nodes without a label depend on the mesh and are not corners of the path.
       if (arrival%bracketed .or. .not. (arrival%label /= '' .or. arrival%changes)) return
       run%arrived = arrived_t(point=run%points, load_rate=trial%tangent%load, load_factor=trial%state%load_factor, &
          & monitor=trial%test_values%monitor)

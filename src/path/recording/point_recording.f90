@@ -34,7 +34,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
       type(path_point_t), intent(in) :: point
-      character(*), intent(in) :: label
+      character(*), intent(in) :: label !! LP, BP, ...; '' for an ordinary point
       type(increment_t), intent(in) :: report
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
@@ -61,7 +61,7 @@ contains
          has_tangent = present(smooth) .and. .not. any(label == has_corner)
          if (has_tangent) has_tangent = smooth
          if (has_tangent) then
-            ! At a limit point the tangent per load is arbitrarily long; its own length is used throughout.
+            ! At a limit point rates per unit load are unbounded; all rates are taken per arc length.
             tangent = path_tangent_at(problem, system, point%tangent%u, point%tangent%load)
             if (metric(problem, tangent%u, tangent%u) > 0.0_wp) row%rate = tangent%load * &
                & [1.0_wp, (monitor_rate(problem, m, state, system), m=1, size(row%monitor))]
@@ -73,7 +73,7 @@ contains
          row%arc_length = run%arc_length + path_length(problem, run%last%state, state)
          call count_released(problem, state, system, row%free_pivots, weak)
          if (.not. weak) row%free_pivots = row%negative_pivots
-         ! The stress-free start has no force as reference of a residual.
+         ! The stress-free start has no force to which the residual could be related.
          if (is_stress_free(state)) row%residual = 0.0_wp
          run%points = run%points + 1
          run%recorded_load = state%load_factor

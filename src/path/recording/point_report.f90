@@ -89,7 +89,7 @@ contains
          if (step%field_displacement) then
             allocate (point%displacement(3, problem%deck%mesh%n_nodes))
             point%displacement = deck_displacements(problem, state, [(c, c=1, problem%deck%mesh%n_nodes)])
-            ! An imperfection present at the start is part of the displacement from the deck's coordinates.
+            ! An imperfection present at the start is part of the displacement, which is measured from the deck's coordinates.
             point%displacement(1:2, :) = point%displacement(1:2, :) + (problem%deck%mesh%x - problem%coordinates)
          end if
          if (step%field_section_forces) then
@@ -112,12 +112,12 @@ contains
       subroutine add_contact_fields()
          real(wp), allocatable :: reaction(:), density(:), gap(:), place(:, :)
          integer :: n, rows, k
-         ! Rows of the mesh follow its own contacts. Contact spans have no rows.
+         ! Rows of the mesh follow the contacts of the mesh's model. Contact spans have no rows.
          n = sum([(size(problem%model%contact(k)%node), k=1, size(problem%model%contact))])
          allocate (reaction(n), density(n), gap(n), place(2, n), source=0.0_wp)
          call measure_mesh(reaction, density, gap, place)
          if (problem%deck_mesh) then
-            ! On the deck's mesh each row belongs to a node of the deck, wherever the node has moved.
+            ! On the deck's mesh each row belongs to a node of the deck, even if the node has moved along the rod.
             call move_alloc(reaction, point%reaction)
             call move_alloc(density, point%reaction_density)
             call move_alloc(gap, point%gap)

@@ -23,13 +23,13 @@ module remeshing
 contains
 
    !> Requests a finer mesh if the errors of an event exceed the tolerance. For a detachment the error contributions are those of
-   !> the reduced problem, which lacks the elements on a straight wall; these are few and exact.
+   !> the reduced problem without the elements on a straight wall, which are few and exact.
    subroutine ask_at_event(problem, step, run, located_event, tries, outcome, request)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(located_event_t), intent(in) :: located_event !! located
-      integer, intent(in) :: tries
+      integer, intent(in) :: tries                       !! meshes made for the event
       type(outcome_t), intent(in) :: outcome
       type(request_t), intent(inout) :: request
       type(problem_t) :: free
@@ -55,8 +55,8 @@ contains
       type(state_t), intent(in) :: place
       real(wp), intent(in) :: force_scale        !! scale of forces at the point, see system_t
       type(error_bars_t), allocatable, intent(in) :: bars
-      logical, intent(in) :: critical
-      integer, intent(in) :: tries
+      logical, intent(in) :: critical !! true: a critical point, whose bars must be bounded
+      integer, intent(in) :: tries    !! meshes made for the point
       type(outcome_t), intent(in) :: outcome
       type(request_t), intent(inout) :: request
       real(wp) :: asked
@@ -77,9 +77,11 @@ contains
       call request_mesh(problem, place, bars, sizes_there(problem, step, run, place, force_scale, asked, outcome), &
          & step%asked_of, asked, &
          & critical, tries, can_settle, run%mesh%refinement, request%smaller_residual, request%density)
-      ! The finer mesh did not reduce the errors: it is coarsened again, because otherwise each further point would refine the mesh.
+      ! The finer mesh did not reduce the errors: it is coarsened again, because otherwise it would be refined at each further
+      ! point.
       if (run%mesh%refinement%in_vain) run%mesh%coarser = run%mesh%refinement%demand
-      ! A free span that the elements did not resolve opens between the last point and this one.
+      ! The mesh is made for the last point if a free span that the elements did not resolve may open behind it, or if nodes are at
+      ! the interface points.
       if (allocated(request%density) .and. .not. request%at_last_point) &
          & request%at_last_point = allocated(bars%may_open) .or. marked(problem, place, find_cuts(problem, place))
    end subroutine ask_for_mesh

@@ -37,7 +37,7 @@ module critical_points
 
 contains
 
-   !> Copies a critical point; a procedure for the reason given at copy_problem.
+   !> Assignment of a critical point as a procedure, for the reason given at copy_problem.
    pure subroutine copy_critical_point(from, to)
       type(critical_point_t), intent(in) :: from
       type(critical_point_t), intent(inout) :: to

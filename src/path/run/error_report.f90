@@ -41,8 +41,8 @@ module error_report
 
 contains
 
-   !> Computes the error bars of an event located between the last accepted point and a trial point. For a detachment the error
-   !> contributions are those of the elements without the force-free line contacts.
+   !> Computes the error bars of an event located between the last accepted point and a trial point. For a detachment the estimator
+   !> uses the reduced problem, that is, the elements without the force-free line contacts.
    subroutine bars_at_event(problem, step, run, trial, event, point, bars, as_it_is)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -63,11 +63,11 @@ contains
       else if (is_at_mesh_nodes(problem, event)) then
          bars = no_error_bars(size(problem%model%monitor), at_nodes)
       else if (event%jumps) then
-         ! Free spans buckle: the event is the point where the line contact vanishes, at the load of `point`.
+         ! The free spans buckle here: the event is the point where the line contact vanishes, at the load of `point`.
          call point_errors(problem, run%mesh%enriched, point%state, point%system, control_t(method=method_linearised), &
             & point%tangent, bars, places=.true., as_it_is=as_it_is)
-         ! The inertia before and behind the event depends on the mesh and is not compared, only the sign of the load rate behind
-         ! the event.
+         ! The inertia before and behind the event depends on the mesh and is not compared; only the sign of the load rate behind
+         ! the event is.
          bars%missed = 0
          bars%turned = load_turns()
          bars%unsure = bars%turned
@@ -77,7 +77,8 @@ contains
       else
          call new_zero(problem, event, point%state, point%system, zero)
          call errors_at_zero(bars)
-         ! On stiff foundations a mesh given by the deck makes small contact changes of its own: no bar is possible.
+         ! On a stiff foundation a coarse mesh given by the deck causes small contact changes that finer meshes do not have: no bar
+         ! is possible.
          if (event%kind == event_contact .and. bars%load%estimated .and. .not. bars%load%bounded .and. &
             & .not. any(problem%layout%rod_segment%placed)) bars = no_error_bars(size(problem%model%monitor), waves)
       end if
@@ -115,23 +116,23 @@ contains
          if (.not. any_weak) return
          loose = new_system(free)
          call linearise(free, released, released, loose)
-         ! The tangent from the singular system would contain a multiple of the null vector, so that the path tangent is carried
-         ! over.
+         ! At the singular system a solution for the tangent would contain a multiple of the null vector; the known path tangent is
+         ! transferred to the reduced problem instead.
          on = path_tangent_t(carried_field(problem, point%state, point%tangent%u, free, released), point%tangent%load)
          one = event
          one%kind = event_bifurcation
          call new_zero(free, one, released, loose, zero)
          call event_errors(free, finer, released, loose, zero, on, path_length(problem, run%last%state, trial%state), &
             & trial%state%load_factor - run%last%state%load_factor, bars)
-         ! If the mesh may be remade, these bars are kept: they lead to a finer mesh.
+         ! If the mesh may be remade, even unbounded bars are kept: they lead to a finer mesh.
          if (any(problem%layout%rod_segment%placed)) return
          if (bars%why /= '' .or. .not. (bars%load%estimated .and. bars%load%bounded)) &
             & bars = no_error_bars(size(problem%model%monitor), hidden)
       end subroutine bars_at_release
    end subroutine bars_at_event
 
-   !> Computes the error bars of an accepted point: either a point at which a test of contact spans is zero, or any point prescribed
-   !> by the control.
+   !> Computes the error bars of an accepted point. Either a test of contact spans is zero at the point, or the constraint of the
+   !> control prescribes it.
    subroutine bars_at_point(problem, step, run, point, label, finished, test, bars, wanted, changing, as_it_is)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -173,8 +174,8 @@ contains
       call timing_stop(phase_accuracy)
    end subroutine bars_at_point
 
-   !> True if the event is a limit point at a corner of the force law of a stop: stops are at the same nodes on all meshes, so that
-   !> a gap measures the error.
+   !> True if the event is a limit point at a corner of the force law of a stop. A stop is at the same node on all meshes, so that
+   !> the zero of its gap gives an error bar.
    pure logical function at_law_of_stop(problem, event) result(at)
       type(problem_t), intent(in) :: problem
       type(event_t), intent(in) :: event
@@ -182,7 +183,7 @@ contains
       if (at) at = is_stop(problem, event%law%candidate)
    end function at_law_of_stop
 
-   !> True if the event is a contact change at nodes whose position depends on the mesh.
+   !> True if the event is a contact change at candidates whose position depends on the mesh, so that no error bar exists.
    pure logical function is_at_mesh_nodes(problem, event) result(is)
       type(problem_t), intent(in) :: problem
       type(event_t), intent(in) :: event
@@ -190,8 +191,8 @@ contains
       if (is) is = .not. only_stops(problem, event%marked)
    end function is_at_mesh_nodes
 
-   !> True if contact changes at stops only. A stop is at the same node on all meshes, so that its gap or reaction gives an error
-   !> bar.
+   !> True if the contact of stops changes and no other contact. A stop is at the same node on all meshes, so that the zero of its
+   !> gap or reaction gives an error bar.
    pure logical function only_stops(problem, changing)
       type(problem_t), intent(in) :: problem
       logical, intent(in) :: changing(:)         !! (candidates) true where contact changes
@@ -203,8 +204,8 @@ contains
    end function only_stops
 
    !> Computes the error bars of a point where contact begins. The gap inside a free span is only as accurate as the element
-   !> polynomials; the force of the new contact vanishes at the same load and is a function of the nodal values, so that the bars
-   !> are computed for its zero.
+   !> polynomials. The force of the new contact vanishes at the same load and depends on nodal values only, so that its zero gives
+   !> the bars.
    subroutine bars_at_contact_start(problem, step, run, point, begun, touched, newest, bars)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -234,7 +235,8 @@ contains
             & 0.0_wp * touched%state%u, point%tangent%load), path_length(problem, run%last%state, point%state), &
             & point%state%load_factor - run%last%state%load_factor, bars)
          if (allocated(bars%share)) bars%share = shares_on(begun, touched%state, bars%share, problem, point%state)
-         ! The monitors reported are those of the problem without the contact: the corrected values stay, the bars are shifted.
+         ! The point reports the monitors of the problem without the new contact. The difference between the two problems shifts the
+         ! bars.
          here = monitor_values(problem, point%state, point%system)
          there = monitor_values(begun, touched%state, touched%system)
          do m = 1, size(bars%monitor)
@@ -260,7 +262,7 @@ contains
       end do
    end function shares_on
 
-   !> Computes the error bars of a point of a limit curve, computed like those of a limit point of a path.
+   !> Computes the error bars of a point of a limit curve by the method for limit points of a path.
    subroutine bars_on_curve(problem, state, system, heading, length, rise, bars)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -283,7 +285,7 @@ contains
    !> Keeps the largest absolute load factor of a step, the reference of relative error bars.
    pure subroutine note_load(step, load_factor, accuracy)
       integer, intent(in) :: step                !! number of the step
-      real(wp), intent(in) :: load_factor
+      real(wp), intent(in) :: load_factor        !! load factor of a point
       type(accuracy_t), intent(inout) :: accuracy
       if (step /= accuracy%load_step) accuracy%load = 0.0_wp
       accuracy%load_step = step
@@ -349,11 +351,11 @@ contains
          & '; give more elements or a higher order'
    end function coarse_words
 
-   !> Keeps the largest relative bar of a critical load, and one message if a number of this point is less accurate than the deck
-   !> requires or if its accuracy is unknown. On a mesh made for a tolerance all points are checked, on a mesh given by the deck
-   !> only the loads of critical points and all numbers at the end of the step.
+   !> Keeps the largest relative bar of a critical load, and one message if an error bar of this point is wider than the deck allows
+   !> or is unknown. On a mesh made for a tolerance all points are checked, on a mesh given by the deck only points with a label,
+   !> both for the numbers to which the requested error applies.
    !>
-   !> At the end the load factor is usually prescribed by the deck, and only monitors show that the mesh is too coarse for the path.
+   !> At the end of a step the deck usually prescribes the load factor: only the monitors there show that the mesh is too coarse.
    subroutine note_error(problem, step, bars, sizes, label, at, accuracy)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -397,8 +399,8 @@ contains
          return
       end if
       if (.not. (bars%load%estimated .or. any(bars%monitor%estimated))) then
-         ! The table of critical points says where no estimate exists on any mesh. Contact changes without a test function are not
-         ! reported here, except on foundations.
+         ! The table of critical points says which points have no estimate on any mesh. Contact changes without a test function are
+         ! not reported here, except on foundations.
          if (.not. (bars%too_coarse .or. (made .and. (any(label == ['LP', 'BP', 'EP']) .or. &
             & (any(problem%ground%founded) .and. any(label == ['C+', 'C-'])))))) return
          accuracy%bar_words = 'whether the errors'//there//' are what was asked for is not known: '//bars%why
@@ -428,7 +430,7 @@ contains
 
    contains
 
-      !> Writes the message for the first touchdown point whose place has no bound on its error.
+      !> Writes the message for the first touchdown point whose position has no bound on its error.
       subroutine note_places()
          integer :: k
          do k = 1, size(bars%place)
@@ -448,8 +450,8 @@ contains
       words = 'the error of '//what//' is not known: '//bar_text(bar)//', and no bound; give more elements or a higher order'
    end function unbounded_words
 
-   !> Relative error that applies at a point: the tolerance of the mesh generation, or the largest bar allowed on a mesh of the
-   !> deck.
+   !> Relative error allowed at a point: the tolerance for which the mesh is made, or the largest error bar allowed on a mesh given
+   !> by the deck.
    pure real(wp) function asked_at(problem, step, label) result(asked)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step

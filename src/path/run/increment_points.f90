@@ -25,10 +25,10 @@ module increment_points
 
 contains
 
-   !> Chooses the constraint for points inside an increment. Load and displacement control divide by their own controlled quantity.
-   !> An arc-length increment is divided by load if the load rises or falls steadily, because load planes are not affected by
-   !> rounding transverse to the path, which is large in structures that hardly move before they buckle; otherwise by planes normal
-   !> to the chord.
+   !> Chooses the constraint for points inside an increment. Increments of load and displacement control are divided by the
+   !> controlled quantity. An arc-length increment is divided by the load if the load changes monotonically: planes of equal load
+   !> are not affected by rounding transverse to the path, which is large in structures that hardly move before they buckle.
+   !> Otherwise planes normal to the chord divide it.
    type(division_t) function new_division(problem, run, trial, load_tells) result(division)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -44,7 +44,7 @@ contains
          division%whole = control%increment
          if (is_arc_length(control%method)) then
             rise = trial%state%load_factor - run%last%state%load_factor
-            ! If no node moves by more than rounding, only the load can divide the increment.
+            ! If no node moves by more than rounding, the increment can only be divided by the load.
             still = stands_still(run%last%tangent, rise) .and. stands_still(ahead, rise) .and. abs(rise) > 0.0_wp
             if ((load_tells .and. division%smooth) .or. still) then
                control%method = method_load
@@ -56,7 +56,8 @@ contains
                control%load_scale = 0.0_wp
                control%tangent = division%chord / division%length
                control%tangent_load = 0.0_wp
-               ! Measured at the nodes of the trial point: with contact spans they are other material points.
+               ! The chord is measured at the material points that are nodes of the trial point; contact spans move nodes along
+               ! their rods.
                division%whole = metric(problem, seen_from(problem, trial%state, run%last%state, control%tangent), &
                   & displacement_between(problem, run%last%state, trial%state))
                division%slopes = [metric(problem, control%tangent, run%last%tangent%u), metric(problem, control%tangent, ahead%u)]
@@ -66,8 +67,8 @@ contains
       end associate
    end function new_division
 
-   !> Corrects the point at a fraction of the increment. The predictor interpolates between the ends if both have the same contact
-   !> set, otherwise the increment starts again from its first end.
+   !> Corrects the point at a fraction of the increment. The prediction is interpolated between both ends if they have the same
+   !> contact set, otherwise a new increment is made from the first end.
    subroutine point_within(problem, run, trial, division, fraction, from_start, keep_contact, here, report)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -75,8 +76,8 @@ contains
       type(division_t), intent(inout) :: division
       real(wp), intent(in) :: fraction             !! 0 to 1
       logical, intent(in) :: from_start            !! start from the first end even if interpolation is possible
-      logical, intent(in) :: keep_contact          !! contact set of the start, whatever the signs of gaps and reactions
-      type(path_point_t), intent(out) :: here      !! undefined unless the report says converged
+      logical, intent(in) :: keep_contact          !! contact set of the start, for any signs of gaps and reactions
+      type(path_point_t), intent(out) :: here      !! undefined unless report%converged
       type(increment_t), intent(out) :: report
       division%control%increment = fraction * division%whole
       if (division%smooth .and. .not. from_start) then
@@ -85,7 +86,7 @@ contains
          here%system = run%last%system
          call correct(problem, run%last%state, division%control, .false., here%state, here%system, report, again=.true.)
       else if (size(problem%mark) > 0 .and. is_stress_free(run%last%state)) then
-         ! A stress-free start does not say where contact with a foundation ends: the increment is made backwards from its other
+         ! In a stress-free start the end of contact with a foundation is undefined: the increment is made backwards from its other
          ! end.
          division%control%increment = division%control%increment - division%whole
          call advance(problem, trial, division%control, here, report, keep_contact)
@@ -97,8 +98,8 @@ contains
       call evaluate_tests(problem, here)
    end subroutine point_within
 
-   !> Position of a state on the increment, 0 to 1, by projection onto the chord between the ends, clipped. The position orders
-   !> events that different methods located.
+   !> Position of a state on the increment, 0 to 1: its projection onto the chord between the ends, limited to 0 to 1. It puts
+   !> events located by different methods into one order.
    pure real(wp) function chord_fraction(problem, run, division, place) result(fraction)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run

@@ -19,20 +19,20 @@ module located_events
       real(wp) :: fraction = 1.0_wp            !! position between the last point and the trial, 0 to 1
       type(error_bars_t), allocatable :: bars  !! not allocated: the deck requests none
       logical :: located = .false.               !! false: only bracketed
-      real(wp) :: swerve = 0.0_wp              !! bifurcation: change of the path tangent due to a unit force on the null vector, at
-      !! the points of the interpolation
-      logical :: later = .false.               !! bifurcation: behind the trial, whose pivots have the sign of rounding
+      real(wp) :: swerve = 0.0_wp              !! bifurcation: change of the path tangent by a unit force on the null vector, at
+      !! the points between which the event is interpolated
+      logical :: later = .false. !! bifurcation: it lies behind the trial, whose null pivots have signs due to rounding
    end type located_event_t
 
 contains
 
-   !> Reports the residual of a state that was interpolated, not iterated; `balanced` is true if the residual is within tolerance or
-   !> rounding.
+   !> Computes the residual of a state that was interpolated, not iterated; `balanced` is true if the residual is within tolerance
+   !> or rounding.
    pure subroutine note_balance(step, system, report, balanced)
       type(step_t), intent(in) :: step
       type(system_t), intent(in) :: system      !! assembled at that state
       type(increment_t), intent(inout) :: report
-      logical, intent(out) :: balanced
+      logical, intent(out) :: balanced !! true: the residual is small enough
       report%residual = max(system%force_residual, system%defect_residual)
       balanced = report%residual <= max(step%tolerance, system%round_off)
    end subroutine note_balance

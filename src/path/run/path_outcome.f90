@@ -38,7 +38,7 @@ contains
    !> Appends a failure that does not stop the run.
    subroutine note_trouble(outcome, what)
       type(outcome_t), intent(inout) :: outcome
-      character(*), intent(in) :: what
+      character(*), intent(in) :: what !! one sentence
       if (allocated(outcome%trouble)) then
          outcome%trouble = outcome%trouble//'; '//what
       else
@@ -49,7 +49,7 @@ contains
    !> Appends an event that was bracketed but not located.
    subroutine note_bracketed(outcome, what, from, to)
       type(outcome_t), intent(inout) :: outcome
-      character(*), intent(in) :: what
+      character(*), intent(in) :: what           !! name of the event
       real(wp), intent(in) :: from, to           !! load factors of the points on both sides
       call note_trouble(outcome, what//' between load factors '//to_text(from)//' and '//to_text(to)// &
          & ' was not located (a smaller largest increment may)')

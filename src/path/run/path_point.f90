@@ -1,7 +1,7 @@
 !> A point of the path: an equilibrium with its factored equations, its path tangent and its test values.
 !>
-!> The corrector makes a point once; later procedures only read it. Everything that needs the equations at a point (tangents, modes,
-!> error bars, the next increment) takes them from the point itself, so that no procedure has to restore them for its caller.
+!> The corrector makes a point once; later procedures only read it. Procedures that need the factored equations (tangents, modes,
+!> error bars, the next increment) take them from the point, so that none has to restore them for its caller.
 module path_point
    use problem, only: problem_t
    use rod_state, only: state_t
@@ -36,8 +36,8 @@ contains
       call linearise(problem, point%state, point%state, point%system)
    end function point_at
 
-   !> Moves a point to another state near it, for example to the equilibrium with another contact set. The tangent stays until the
-   !> sense of the path is known there.
+   !> Moves a point to another state near it, for example to the equilibrium with another contact set. The tangent is unchanged
+   !> until the direction of travel is known there.
    subroutine move_to(problem, state, point)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -46,15 +46,14 @@ contains
       call linearise(problem, point%state, point%state, point%system)
    end subroutine move_to
 
-   !> Makes the control's increment from one point to another. Without success (report%converged is false) the new point is
-   !> undefined.
+   !> Makes the increment of the control from one point to another. If report%converged is false, the new point is undefined.
    subroutine advance(problem, from, control, to, report, keep_contact)
       type(problem_t), intent(in) :: problem
       type(path_point_t), intent(in) :: from
       type(control_t), intent(in) :: control
       type(path_point_t), intent(out) :: to      !! its state and system are set
       type(increment_t), intent(out) :: report
-      logical, intent(in), optional :: keep_contact !! true: contact set of `from`, whatever the signs of gaps and reactions
+      logical, intent(in), optional :: keep_contact !! true: contact set of `from`, for any signs of gaps and reactions
       to%system = from%system
       call take_increment(problem, from%state, control, to%state, to%system, report, keep_contact)
    end subroutine advance

@@ -50,7 +50,7 @@ module path_state
       !! point
    end type mesh_history_t
 
-   !> Derivatives of the tests of contact spans by arc length.
+   !> Derivatives of the test values of contact spans by arc length.
    type :: slopes_t
       real(wp), allocatable :: here(:)           !! derivatives at the last accepted point; not allocated: unknown
       real(wp), allocatable :: ahead(:)          !! derivatives at the trial point
@@ -66,8 +66,8 @@ module path_state
       real(wp) :: at = 0.0_wp                    !! arc length of that change
    end type since_change_t
 
-   !> Arrival of the path at the last accepted point, if the contact changes there: the path leaves this point with another tangent
-   !> (corner_limit).
+   !> Path tangent with which the path reaches the last accepted point, if the contact changes there. The path leaves this point
+   !> with another tangent, so that the load may turn (corner_limit).
    type :: arrived_t
       integer :: point = 0 !! row in the results; 0: no contact change there, or the limit point is reported already
       real(wp) :: load_rate = 0.0_wp             !! d(load factor)/d(arc length) on arrival
@@ -112,16 +112,16 @@ module path_state
 
 contains
 
-   !> Copies a path state; a procedure for the reason given at copy_problem.
+   !> Assignment of a path state as a procedure, for the reason given at copy_problem.
    subroutine copy_path_state(from, to)
       type(path_state_t), intent(in) :: from
       type(path_state_t), intent(inout) :: to
       to = from
    end subroutine copy_path_state
 
-   !> Path tangent at a point whose state and system are known, in the direction of travel: that of the chord from the last accepted
-   !> point, or, under load or displacement control, the direction in which the controlled quantity changes with the sign of the
-   !> increment.
+   !> Path tangent, in the direction of travel, at a point whose state and system are known. The direction of travel is that of the
+   !> chord from the last accepted point; under load or displacement control it is the direction in which the controlled quantity
+   !> changes with the sign of the increment.
    type(path_tangent_t) function path_tangent_of(problem, run, point) result(tangent)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -141,8 +141,8 @@ contains
       end associate
    end function path_tangent_of
 
-   !> Adds the part of the path between the last accepted point and a new one to the recent path. The path has a corner at a contact
-   !> change: both tangents are those of this part of the path.
+   !> Adds the part of the path between the last accepted point and a new one to the recent path. At a contact change the path has a
+   !> corner: the tangents stored are those at the ends of this part.
    subroutine leave_trail(problem, run, point)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
@@ -163,7 +163,7 @@ contains
       if (allocated(run%mesh%before_coarsening)) deallocate (run%mesh%before_coarsening)
    end subroutine forget_mesh
 
-   !> True if a trial point lies on the recent path, which the increment retraces.
+   !> True if a trial point lies on the recent path, so that the increment went backwards.
    logical function turned_back(problem, run, trial)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -171,7 +171,7 @@ contains
       integer :: k
       turned_back = .false.
       if (.not. allocated(run%trail)) return
-      ! If only the load changes, the tangent's displacements are rounding.
+      ! If only the load changes, the displacements of the tangent are rounding and cannot be compared.
       if (stands_still(trial%tangent, trial%state%load_factor - run%last%state%load_factor)) return
       do k = 1, size(run%trail)
          if (turned_back) return
@@ -181,18 +181,18 @@ contains
       end do
    end function turned_back
 
-   !> Keeps the critical point recorded last.
+   !> Adds the point recorded last to the critical points.
    subroutine keep_critical_point(problem, run, label, state, trial, part, arc_length, pivots, multiplicity, scale, bars, free, &
       & released, corner)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
-      character(*), intent(in) :: label
+      character(*), intent(in) :: label !! LP, BP, C+ or C-
       type(state_t), intent(in) :: state
       type(state_t), intent(in) :: trial         !! next accepted or trial point
       real(wp), intent(in) :: part               !! position of `state` between the last point and `trial`, 0 to 1
-      real(wp), intent(in) :: arc_length
+      real(wp), intent(in) :: arc_length         !! arc length of the critical point
       integer, intent(in) :: pivots              !! negative pivots before the critical point
-      integer, intent(in) :: multiplicity
+      integer, intent(in) :: multiplicity        !! BP: number of null vectors, else 0
       real(wp), intent(in), optional :: scale    !! scale of the event, see event_t
       type(error_bars_t), allocatable, intent(in), optional :: bars
       type(problem_t), intent(in), optional :: free !! problem without force-free contacts, on which a branch leaves the critical

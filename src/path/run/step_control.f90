@@ -20,8 +20,8 @@ module step_control
 
 contains
 
-   !> Sets the control of the first increment. Arc-length strategies begin with a load increment, which sets their scale between
-   !> load and displacement.
+   !> Sets the control of the first increment. Arc-length strategies begin with a load increment, from which the scale between load
+   !> and displacement follows.
    subroutine start_control(problem, step, run)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -37,8 +37,8 @@ contains
          & allocate (run%control%tangent(3, problem%model%mesh%n_nodes), source=0.0_wp)
    end subroutine start_control
 
-   !> Continues with another strategy from the last accepted point, in the direction of travel. Arc-length strategies differ only in
-   !> their constraint, and keep the increment; the others begin as in a new step.
+   !> Continues with another strategy from the last accepted point, in the direction of travel. A change between arc-length
+   !> strategies changes only the constraint and keeps the increment; other strategies begin as in a new step.
    subroutine change_control(problem, step, run)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step           !! with the new strategy
@@ -59,7 +59,8 @@ contains
       run%last%test_values%load_rate = run%last%tangent%load
    end subroutine change_control
 
-   !> Switches from load increments to the arc length. The first load increment that displaces the structure sets its scale.
+   !> Switches from load increments to arc length. The first load increment that displaces the structure gives the scale between
+   !> both.
    subroutine begin_arc_length(problem, step, run, scaled)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -67,7 +68,8 @@ contains
       logical, intent(out) :: scaled            !! false: displacements are rounding only, and no arc length exists
       real(wp) :: length, moved
       length = run%last_length
-      ! Where nothing moves, the convergence error of the last increment is no motion: the path tangent decides.
+      ! Where the path tangent has no displacements, a change between the points is only the convergence error of the last
+      ! increment.
       moved = length
       if (.not. any(abs(run%last%tangent%u) > 0.0_wp)) moved = 0.0_wp
       if (moved * abs(run%last%tangent%load) > abs(run%last_load)) moved = abs(run%last_load / run%last%tangent%load)
@@ -107,9 +109,8 @@ contains
    end subroutine go_by_load
 
    !> Adapts the increment by Crisfield's rule, the square root of desired over needed iterations, limited so that the path tangent
-   !> turns by less than an increment may. With contact spans one iteration is spent on the touchdown points, and few additional
-   !> iterations mean a much longer increment: the ratio is squared there, of the fractional iteration count, which no mesh rounds
-   !> up.
+   !> does not turn more than allowed. With contact spans about one iteration only locates the touchdown points: it is not counted,
+   !> the iteration count is fractional, so that it does not jump between meshes, and the ratio is squared.
    subroutine next_increment(step, report, relation, spans, control)
       type(step_t), intent(in) :: step
       type(increment_t), intent(in) :: report   !! report of the increment just made
@@ -119,18 +120,18 @@ contains
       real(wp) :: ratio
       integer :: desired
       desired = step%desired_iterations
-      ! Modified Newton converges linearly: many iterations are its nature, not a sign of too long increments.
+      ! Modified Newton converges linearly and needs many iterations in short increments, too.
       if (step%tangent_updates < huge(1)) desired = max(desired, (2 * step%max_iterations) / 3)
       ratio = sqrt(real(desired, wp) / max(report%iterations, 1))
       if (spans) ratio = (real(desired, wp) / max(report%effort - 1.0_wp, 1.0_wp))**2
       if (relation%comparable) ratio = min(ratio, safety * largest_turn / max(relation%turn, epsilon(ratio)))
       control%increment = control%increment * min(max(ratio, shrinkage), growth)
-      ! If nothing moves, no arc length limits the load increment.
+      ! Load increments of an arc-length step are not limited by the largest arc length.
       if (is_arc_length(step%method) .and. .not. is_arc_length(control%method)) return
       if (abs(control%increment) > step%largest) control%increment = sign(step%largest, control%increment)
    end subroutine next_increment
 
-   !> Smallest increment worth trying.
+   !> Smallest increment that the step may try.
    pure real(wp) function smallest(step, control)
       type(step_t), intent(in) :: step
       type(control_t), intent(in) :: control
@@ -163,8 +164,8 @@ contains
       end do
    end subroutine shorten_to_stop
 
-   !> True if load or displacement control has arrived at its stop value, within the accuracy of the constraint. Test values do not
-   !> change their sign there.
+   !> True if load or displacement control has arrived at its stop value, within the accuracy of the constraint. The value is
+   !> reached, not passed, so that no test value changes its sign.
    pure logical function stop_met(step, before, now)
       type(step_t), intent(in) :: step
       type(test_values_t), intent(in) :: before, now  !! test values at the last point and at this one
