@@ -1,8 +1,8 @@
 !> Places of changes at which a length vanishes: the free span between a line contact and a segment boundary of its rod, or between
-!> two line contacts on both sides of the boundary; a line contact at a support on the obstacle. The length becomes too short for a mesh before it vanishes, so the place is found with the set without this
-!> length. Where ends of contacts arrive at a boundary, the boundary is fixed to the obstacle and the fixing couple is zero (the
-!> fixing force if two ends arrive and no couple acts); where contact is lost at a support, the relative curvature or slope of the
-!> rod at the support is zero.
+!> two line contacts on both sides of the boundary; a line contact at a support on the obstacle. The length becomes too short for a
+!> mesh before it vanishes, so the place is found with the set without this length. Where ends of contacts arrive at a boundary, the
+!> boundary is fixed to the obstacle and the fixing couple is zero (the fixing force if two ends arrive and no couple acts); where
+!> contact is lost at a support, the relative curvature or slope of the rod at the support is zero.
 module vanished_length
    use kinds, only: wp
    use problem, only: problem_t
