@@ -1,14 +1,16 @@
-!> Closing of free spans: the gap of a free span vanishes all along, or its length becomes zero. At this point a point contact beside
-!> the span is in neutral equilibrium along the rod, so that no increment with the present set may converge near it. The sets without
-!> the span are regular; the first one whose tests are satisfied just beyond is taken, and the path passes to it at its onset.
+!> Closing of free spans: the gap of a free span vanishes all along, or its length becomes zero. At this point a point contact
+!> beside the span is in neutral equilibrium along the rod, so that no increment with the present set may converge near it. The sets
+!> without the span are regular; the first one whose tests are satisfied just beyond is taken, and the path passes to it at its
+!> onset.
 module closing_spans
    use kinds, only: wp
-   use model, only: step_t
+   use model, only: step_t, method_load
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t
    use contact_spans, only: shortest, line_share
    use past_breakpoints, only: beyond
-   use test_kinds, only: span_test_t, test_vanishing
+   use test_kinds, only: span_test_t, any_fails, test_vanishing
+   use span_tests, only: run_span_tests
    use span_regions, only: find_span_regions
    use path_record, only: region_t, recorder_t
    use contact_change_types, only: step_interval_t
@@ -16,7 +18,9 @@ module closing_spans
    use next_spans, only: next_t
    use contact_trials, only: try_sets
    use set_mending, only: begin_set
-   use path_point, only: path_point_t
+   use path_control, only: control_t
+   use corrector, only: increment_t
+   use path_point, only: path_point_t, advance
    use path_state, only: path_state_t
    use path_outcome, only: outcome_t
    implicit none
@@ -45,11 +49,12 @@ contains
 
    !> Passes to the contact set without the given free spans, if it begins between the run's point and the given point or, if no
    !> increment converges, just ahead.
-   subroutine close_spans(problem, step, run, point, closing, recorder, changed, finished, outcome)
+   subroutine close_spans(problem, step, run, point, stuck, closing, recorder, changed, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(path_point_t), intent(in) :: point    !! of the present set, near the onset
+      logical, intent(in) :: stuck               !! true: no increment converges from the run's point
       type(span_test_t), intent(in) :: closing(:) !! tests of the spans
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: changed            !! false: no such set was found
@@ -61,6 +66,7 @@ contains
       changed = size(closing) > 0
       if (.not. changed) return
       call try_sets(problem, step, run, point, first, next, changed, closing=closing)
+      if (changed .and. stuck) changed = .not. goes_on(problem, run, first%state%load_factor)
       if (.not. changed) return
       region = find_span_regions(first%problem, first%state)
       first%times = size(find_span_regions(problem, point%state)) - size(region)
@@ -69,6 +75,25 @@ contains
       if (first%times > 0) first%label = merge('C+', 'C-', remains_beside(problem, closing, region))
       call begin_set(problem, step, run, first, next, recorder, finished, outcome)
    end subroutine close_spans
+
+   !> True if the present set is still valid just beyond the onset of another one: both are then valid within the slack of their
+   !> tests, and the end of the present set says where the contact changes.
+   logical function goes_on(problem, run, onset)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(in) :: run
+      real(wp), intent(in) :: onset              !! load factor
+      real(wp), parameter :: just_beyond = 1.01_wp !! in distances from the run's point
+      type(control_t) :: control
+      type(path_point_t) :: there
+      type(increment_t) :: report
+      control%method = method_load
+      control%increment = just_beyond * (onset - run%last%state%load_factor)
+      goes_on = abs(control%increment) > 0.0_wp
+      if (.not. goes_on) return
+      call advance(problem, run%last, control, there, report)
+      goes_on = report%converged
+      if (goes_on) goes_on = .not. any_fails(run_span_tests(problem, there%state, max(there%system%force_scale, tiny(onset))))
+   end function goes_on
 
    !> True if a contact beside the free spans is part of one of the regions.
    pure logical function remains_beside(problem, closing, region) result(remains)

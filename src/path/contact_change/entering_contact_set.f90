@@ -81,9 +81,6 @@ contains
       if (finished .or. allocated(outcome%why) .or. known) return
       ! The path up to this point belongs to another set; its mesh records are discarded.
       call forget_mesh(run)
-      if (.not. abs(next%rate) > 0.0_wp) return
-      run%last%tangent = path_tangent_at(problem, run%last%system, 0.0_wp * run%last%state%u, sign(1.0_wp, next%rate))
-      call evaluate_tests(problem, run%last)
    end subroutine go_to_next
 
    !> Number of active contacts of nodes.
@@ -140,7 +137,7 @@ contains
       type(test_values_t) :: test_values
       real(wp) :: left, part                     ! remaining change of the prescribed value, and the part of it made at once
       integer :: k, try
-      test_values = new_test_values(problem, next%state, next%system, next%rate)
+      test_values = new_test_values(problem, next%state, next%system, 0.0_wp)
       call value_events(problem, step, run%last%test_values, test_values, run%last%state, next%state, events)
       k = findloc(events%kind == event_stop, .true., 1)
       if (k == 0) return

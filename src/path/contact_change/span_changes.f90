@@ -65,8 +65,7 @@ contains
       select case (change%kind)
       case (change_none)
          call check_inside(problem, step, run, interval, request)
-         if (.not. request%shorter) call close_spans(problem, step, run, interval%to, about_to_close(problem, interval), recorder, &
-            & request%set_changed, finished, outcome)
+         if (.not. request%shorter) call close_inside(problem, step, run, interval, recorder, request, finished, outcome)
       case (change_missed)
          call go_less_far(step, run, interval%after(change%which), request)
       case (change_located)
@@ -77,6 +76,30 @@ contains
       if (.not. (finished .or. allocated(outcome%why) .or. allocated(request%no_set))) &
          & call check_return(problem, step, run, outcome)
    end subroutine pass_change
+
+   !> Closes free spans that have closed on an increment, or that close just ahead if no increment converges. Events before the onset
+   !> of the next set could be missed: the increment is halved while a limit point lies on it.
+   subroutine close_inside(problem, step, run, interval, recorder, request, finished, outcome)
+      type(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run
+      type(step_interval_t), intent(in) :: interval
+      class(recorder_t), intent(inout) :: recorder
+      type(request_t), intent(inout) :: request
+      logical, intent(out) :: finished
+      type(outcome_t), intent(inout) :: outcome
+      type(span_test_t), allocatable :: closing(:)
+      finished = .false.
+      closing = about_to_close(problem, interval)
+      if (size(closing) == 0) return
+      if (turns(run, interval) .and. .not. interval%stuck .and. 0.5_wp * abs(run%control%increment) >= smallest(step, &
+         & run%control)) then
+         call go_less_far(step, run, closing(1), request)
+      else
+         call close_spans(problem, step, run, interval%to, interval%stuck, closing, recorder, request%set_changed, finished, &
+            & outcome)
+      end if
+   end subroutine close_inside
 
    !> Looks for a failure inside an increment at whose end the set is valid, by the slopes of the tests.
    subroutine check_inside(problem, step, run, interval, request)
@@ -132,7 +155,7 @@ contains
       change%label = label_of(problem, change%tests(change%which))
       zero = [change%tests(change%which), zero_too(change%tests, change%which, interval%after%value < interval%before%value)]
       if (zero(1)%kind == test_vanishing) then
-         call close_spans(problem, step, run, change%point, pack(zero, zero%kind == test_vanishing), recorder, &
+         call close_spans(problem, step, run, change%point, interval%stuck, pack(zero, zero%kind == test_vanishing), recorder, &
             & request%set_changed, finished, outcome)
          if (request%set_changed) return
       end if

@@ -55,7 +55,10 @@ contains
          if (found) call settle(next, found, plane_at(here, next))
          if (.not. found .and. first .and. allocated(here%beyond)) then
             ! Without forces at the change a free span has no definite equilibrium.
-            next = new_next(problem, here%beyond, moved_beyond(here, next%problem%contact_span))
+            contact_span = moved_beyond(here, next%problem%contact_span)
+            found = .not. any_overlap(contact_span)
+            if (.not. found) return
+            next = new_next(problem, here%beyond, contact_span)
             call settle(next, found)
          end if
          if (found .and. first .and. here%at_change .and. neighbour%edit == edit_add) call release(next, here%spans_begun + 1, free)
@@ -93,6 +96,21 @@ contains
          end do
       end do
    end function moved_beyond
+
+   !> True if two contacts with one obstacle share a place of a rod segment: an end has moved past another contact.
+   pure logical function any_overlap(contact_span) result(overlap)
+      type(contact_span_t), intent(in) :: contact_span(:)
+      integer :: k, j
+      overlap = .false.
+      do k = 1, size(contact_span)
+         do j = 1, k - 1
+            associate (one => contact_span(j), other => contact_span(k))
+               overlap = overlap .or. (one%rod_segment == other%rod_segment .and. one%contact == other%contact .and. &
+                  & one%at(1) <= other%at(2) .and. other%at(1) <= one%at(2))
+            end associate
+         end do
+      end do
+   end function any_overlap
 
    !> Plane in which the equilibrium of another set is sought: normal to the path tangent at the run's point where the path is
    !> smooth. At a kink the tangent says nothing of the path of the other set, and the load is the unknown.

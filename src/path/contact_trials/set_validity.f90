@@ -18,6 +18,7 @@ module set_validity
    use neighbours, only: edit_add, edit_remove, edit_part, edit_open, edit_end_off, edit_rise
    use state_transfer, only: carried, carried_field
    use path_control, only: displacement_between, metric, path_length
+   use converged_state, only: contact_holds
    use path_point, only: path_point_t
    use path_state, only: path_state_t
    use test_kinds, only: span_test_t, any_fails, test_slack, test_gap, test_force, test_curvature, test_pressure, &
@@ -156,7 +157,7 @@ contains
                if (.not. on_path(run, here, set)) cycle
                trial%valid = .true.
                trial%there = set%path_point_t
-               if (.not. here%at_change) call find_onset(step, here%problem, run, set, trial%valid)
+               if (.not. here%at_change) call begin_at_onset(step, run, here, trial)
                return
             end if
             distance = 0.0_wp
@@ -169,6 +170,8 @@ contains
                   if (.not. (any_fails(tests) .or. gaps_are_open(here, trial, there, tests))) exit
                end if
                if (.not. any_fails(tests)) then
+                  ! The set begins further on if the contact of a node has a wrong sign.
+                  if (.not. (here%at_change .or. contact_holds(there%problem, there%state, there%system))) cycle
                   if (.not. complement_grows(here, trial, there)) exit
                   if (.not. on_path(run, here, there)) exit
                   ! If the step comes nearer to the run's point, the new contact or free span becomes shorter.
@@ -180,7 +183,7 @@ contains
                   trial%there = there%path_point_t
                   if (here%at_change) return
                   set%path_point_t = there%path_point_t
-                  call find_onset(step, here%problem, run, set, trial%valid)
+                  call begin_at_onset(step, run, here, trial)
                   return
                end if
                if (.not. allocated(trial%fails)) then
@@ -194,6 +197,18 @@ contains
          end do
       end associate
    end subroutine verify
+
+   !> Moves the first equilibrium of a valid set to the set's onset. The set without a closing free span is sought before a test
+   !> fails, and must begin ahead.
+   subroutine begin_at_onset(step, run, here, trial)
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(in) :: run
+      type(change_place_t), intent(in) :: here
+      type(trial_t), intent(inout) :: trial
+      logical :: ahead
+      call find_onset(step, here%problem, run, trial%set, ahead)
+      if (here%vanishes) trial%valid = ahead
+   end subroutine begin_at_onset
 
    !> True if an equilibrium lies on the run's path, and not on another one that Newton's method has found: it is at the located
    !> change, within reach of the last increment (reachability), or ahead in the direction of the path. Where a free span vanishes,

@@ -22,8 +22,6 @@ module next_spans
    !> which the present set arrives at the point; it is not known at the start of a step, where nothing has been displaced yet.
    type, extends(path_point_t) :: next_t
       type(problem_t) :: problem
-      real(wp) :: rate = 0.0_wp                   !! closed free span: derivative of the line contact's least pressure by the load
-      !! factor; 0: the load continues in the present sense
       type(increment_t) :: report = increment_t(converged=.true.)
       character(2) :: label = '  '                !! label of the point: contact gained (C+) or lost (C-)
       logical :: divides = .false.                !! a part of the lost contact remains on both sides

@@ -34,8 +34,8 @@ contains
       type(path_state_t), intent(in) :: run      !! the last point at which the present set is known to be valid
       type(next_t), intent(inout) :: next        !! in: the set at a point where its tests are satisfied, with its path tangent;
       !! out: at its onset, its test the one that is zero there; at the nearest valid point if the zero is not located
-      logical, intent(out) :: ahead              !! false: the set is valid at the run's point, too, so that it belongs to another
-      !! path, because at one load two sets are valid only if their equilibria are one
+      logical, intent(out) :: ahead              !! false: the set belongs to another path: it begins behind the run's point, or is
+      !! valid there with another equilibrium
       type(path_state_t) :: back
       type(path_point_t) :: trial
       type(next_t) :: outside
@@ -43,7 +43,6 @@ contains
       type(change_t) :: change
       type(path_tangent_t) :: onward
       ahead = .not. valid_elsewhere()
-      if (.not. ahead) return
       call go_back(run%last%state%load_factor, next, outside)
       if (.not. allocated(outside%state%u)) return
       call linearise(next%problem, next%state, next%state, next%system)
@@ -61,12 +60,17 @@ contains
       trial%tangent = heading(outside)
       call evaluate_tests(next%problem, trial)
       interval = new_interval(next%problem, back, trial, .false.)
-      call find_change(next%problem, step, back, interval, change)
-      if (change%kind /= change_located .or. change%where /= place_within) return
       onward = next%tangent
-      next%path_point_t = change%point
+      call find_change(next%problem, step, back, interval, change)
+      if (change%kind == change_located .and. change%where == place_within) then
+         next%path_point_t = change%point
+      else
+         ! No equilibrium may converge where a contact osculates.
+         call go_back(outside%state%load_factor, next)
+      end if
       next%test = change%which
       next%tangent = tangent_along(next, onward%u, onward%load)
+      ahead = ahead .and. (next%state%load_factor - run%last%state%load_factor) * run%last%tangent%load >= 0.0_wp
 
    contains
 
@@ -77,7 +81,7 @@ contains
          call copy_next(next, there)
          call go_to_load(there, run%last%state%load_factor, tests)
          elsewhere = allocated(tests)
-         if (elsewhere) elsewhere = .not. any_fails(tests)
+         if (elsewhere) elsewhere = .not. any_fails(tests) .and. contact_holds(there%problem, there%state, there%system)
          if (elsewhere) elsewhere = path_length(there%problem, carried(problem, run%last%state, there%problem), there%state) > &
             & rounding_gap(there%problem) * sqrt(sum(there%problem%weight))
       end function valid_elsewhere
@@ -92,36 +96,23 @@ contains
    end subroutine find_onset
 
    !> Moves the next set from a point of its path back towards a load factor, as far as the set is valid, by halving the load
-   !> interval. At the change itself a new contact or free span has zero length, so shorter ones than elsewhere are valid. If the
-   !> set is valid up to this load factor, both sets have the same equilibrium there, and the change is further back.
+   !> interval. At the change itself a new contact or free span has zero length, so shorter ones than elsewhere are valid.
    subroutine go_back(to, next, outside)
       real(wp), intent(in) :: to
       type(next_t), intent(inout) :: next  !! in: the next set at a point further on; out: at the farthest point back that was found
       !! valid
       type(next_t), intent(out), optional :: outside !! the set at an equilibrium beyond its onset, where a test fails; its
-      !! state is not allocated if none was found
-      type(next_t) :: nearer
-      real(wp) :: fails, since, whole              ! load factors at which the set fails and at which it is valid; length of the
-      ! interval
+      !! state is not allocated if none was found. Present: the interval is halved until there is one
+      real(wp) :: fails                    ! load factor at which the set fails
       integer :: try
-      logical :: holds, beyond
-      call copy_next(next, nearer)
-      since = next%state%load_factor
-      whole = since - to
+      logical :: holds
       call test_at(to)
-      beyond = holds
-      if (beyond) call copy_next(nearer, next)
-      do try = most_halvings, -most_halvings, -1
-         if (.not. holds) exit
-         call test_at(to - 0.5_wp**try * whole)
-      end do
       if (holds) return
       do try = 1, most_halvings
          if (present(outside)) then
             if (allocated(outside%state%u)) return
          end if
-         call test_at(0.5_wp * (fails + since))
-         if (holds .and. .not. beyond) call copy_next(nearer, next)
+         call test_at(0.5_wp * (fails + next%state%load_factor))
       end do
 
    contains
@@ -131,7 +122,7 @@ contains
          real(wp), intent(in) :: load
          type(span_test_t), allocatable :: tests(:)
          type(next_t) :: there
-         call copy_next(nearer, there)
+         call copy_next(next, there)
          call go_to_load(there, load, tests)
          holds = allocated(tests)
          if (holds .and. present(outside)) then
@@ -142,8 +133,7 @@ contains
                & shortest * minval(next%problem%layout%rod_segment%length) / next%problem%size
             holds = .not. any_fails(tests) .and. contact_holds(there%problem, there%state, there%system)
          end if
-         if (holds) call copy_next(there, nearer)
-         if (holds) since = load
+         if (holds) call copy_next(there, next)
          if (.not. holds) fails = load
       end subroutine test_at
    end subroutine go_back
