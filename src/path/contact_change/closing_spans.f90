@@ -16,6 +16,7 @@ module closing_spans
    use contact_change_types, only: step_interval_t
    use reachability, only: reach_of, turns
    use next_spans, only: next_t
+   use set_validity, only: step_ahead
    use contact_trials, only: try_sets
    use set_mending, only: begin_set
    use path_control, only: control_t
@@ -82,12 +83,11 @@ contains
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       real(wp), intent(in) :: onset              !! load factor
-      real(wp), parameter :: just_beyond = 1.01_wp !! in distances from the run's point
       type(control_t) :: control
       type(path_point_t) :: there
       type(increment_t) :: report
       control%method = method_load
-      control%increment = just_beyond * (onset - run%last%state%load_factor)
+      control%increment = (1.0_wp + step_ahead(1)) * (onset - run%last%state%load_factor)
       goes_on = abs(control%increment) > 0.0_wp
       if (.not. goes_on) return
       call advance(problem, run%last, control, there, report)

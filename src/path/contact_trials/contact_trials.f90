@@ -332,7 +332,9 @@ contains
       integer :: k
       best = 0
       if (size(valid) == 0) return
-      left = .true.
+      ! The path turns back only if it cannot go on.
+      left = .not. valid%turns
+      if (.not. any(left)) left = .true.
       distance = step_ahead(2)
       do
          best = findloc(left, .true., 1)

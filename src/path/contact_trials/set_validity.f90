@@ -66,6 +66,7 @@ module set_validity
       integer :: edit = 0                         !! the first of these edits (neighbours)
       integer :: length = 1                       !! index of the prescribed length
       logical :: valid = .false.
+      logical :: turns = .false.                  !! valid: the path turns back with this set
       type(path_point_t) :: there                 !! valid: equilibrium at which the tests are satisfied, a short step further
       type(span_test_t), allocatable :: fails(:)  !! not valid: the tests that fail
       type(state_t) :: fails_at                   !! and the state at which they fail
@@ -149,6 +150,7 @@ contains
                set%tangent%u = -set%tangent%u
                set%tangent%load = -set%tangent%load
             end if
+            trial%turns = sense == 2
             tests = tests_of(set)
             least = worst(tests)
             least_first = least
@@ -221,6 +223,8 @@ contains
       if (.not. on_path) on_path = path_length(there%problem, carried(here%problem, here%state, there%problem), there%state) <= &
          & far_when_stuck * run%last_length
       if (.not. on_path) on_path = leads_to_next(here%problem, run, there)
+      if (here%vanishes .and. on_path) on_path = abs(there%state%load_factor - here%state%load_factor) <= far_when_stuck * &
+         & here%least_load
    end function on_path
 
    !> True unless a contact that has begun is pulled, or the gap of a contact that has ended closes: gap and contact force are
@@ -329,6 +333,7 @@ contains
       to%edit = from%edit
       to%length = from%length
       to%valid = from%valid
+      to%turns = from%turns
       to%there = from%there
       if (allocated(to%fails)) deallocate (to%fails)
       if (allocated(from%fails)) to%fails = from%fails
