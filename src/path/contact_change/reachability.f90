@@ -47,34 +47,31 @@ contains
 
    !> True if an equilibrium is ahead on the same path; Newton's method may find one on another path or behind a limit point. The
    !> tangent at the equilibrium may be undetermined, so the chord is compared with the path's direction and rate of the load.
-   logical function leads_to(problem, from, heading, fresh, place, rate) result(leads)
+   logical function leads_to(problem, from, heading, fresh, place) result(leads)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, place
       type(path_tangent_t), intent(in) :: heading      !! path tangent at `from`
       logical, intent(in) :: fresh                !! true: `from` is an unloaded start, see relate
-      real(wp), intent(in), optional :: rate      !! rate of the load further on, as in a path tangent; absent: the rate at `from`
       type(path_tangent_t) :: there
       leads = .not. path_length(problem, from, place) > 0.0_wp
       if (leads) return
       there = chord(problem, from, place)
       there%load = heading%load
-      if (present(rate)) there%load = rate
       leads = same_path(relate(problem, from, place, heading, there, fresh .or. stands_still(heading, place%load_factor - &
          & from%load_factor)))
    end function leads_to
 
    !> leads_to for an equilibrium with another contact set, from the run's point.
-   logical function leads_to_next(problem, run, next, rate) result(leads)
+   logical function leads_to_next(problem, run, next) result(leads)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(next_t), intent(in) :: next
-      real(wp), intent(in), optional :: rate      !! rate of the load further on, see leads_to
       type(state_t) :: from
       type(path_tangent_t) :: heading
       from = carried(problem, run%last%state, next%problem)
       heading%load = run%last%tangent%load
       heading%u = carried_field(problem, run%last%state, run%last%tangent%u, next%problem, from)
-      leads = leads_to(next%problem, from, heading, run%fresh, next%state, rate)
+      leads = leads_to(next%problem, from, heading, run%fresh, next%state)
    end function leads_to_next
 
    !> Unit chord from one state to another.

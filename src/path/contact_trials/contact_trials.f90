@@ -19,7 +19,7 @@ module contact_trials
    use next_spans, only: next_t, copy_next, tests_of, go_to_load
    use path_point, only: path_point_t
    use path_state, only: path_state_t
-   use contact_in_doubt, only: tell_differences
+   use set_differences, only: number_contacts
    use rod_strips, only: strip_t, find_strips, on_strips
    use neighbours, only: doubt_t, neighbour_t, neighbours_at, edit_merge, edit_lie_down, edit_pass, edit_remove, divides, &
       & no_test
@@ -98,8 +98,7 @@ contains
       do k = 1, size(before)
          before(k)%at = before(k)%at + [-near(k), near(k)]
       end do
-      call tell_differences(problem, run, before, 0.0_wp * problem%layout%rod_segment%length, spread(0.0_wp, 1, &
-         & size(problem%deck%contact)), first)
+      call number_contacts(problem, run, before, first)
       if (here%at_change) first%divides = divides(valid(best)%edit)
       next%problem%contact_span%number = first%problem%contact_span%number
    end subroutine try_sets
