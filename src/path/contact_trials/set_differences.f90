@@ -1,4 +1,5 @@
-!> Contacts that continue from one contact set to the next and keep their numbers, and those that are lost, gained, divided or merged.
+!> Contacts that continue from one contact set to the next and keep their numbers, and those that are lost, gained, divided or
+!> merged.
 module set_differences
    use kinds, only: wp
    use problem, only: problem_t
@@ -36,8 +37,8 @@ contains
       next%divides = differences%divided > 0 .and. differences%lost == 0
    end subroutine number_contacts
 
-   !> Continuing contacts keep their numbers: contact spans of both sets that overlap. The others are new. Parts of a line contact on both sides of a segment boundary are one contact,
-   !> and a contact that crosses a boundary continues.
+   !> Gives numbers to contacts: those that overlap a contact of the former set continue it and keep its number. The others are new.
+   !> Parts of a line contact on both sides of a segment boundary are one contact, and a contact that crosses a boundary continues.
    pure subroutine compare_sets(before, last, start, now, contact_span, differences)
       type(contact_span_t), intent(in) :: before(:)
       integer, intent(in) :: last                  !! last number given
