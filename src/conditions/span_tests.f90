@@ -2,7 +2,7 @@
 !> and >= 0 while it is valid. At their zeros contact begins, ends, spreads or splits.
 !>
 !> Modules of a contact change, in order: tests; first test that vanishes on an increment (span_events); location of the zero
-!> (span_location, vanishing_span, beginning_place); record (span_changes); next contact set (contact_trials); first point with the
+!> (span_location, closing_spans, beginning_place); record (span_changes); next contact set (contact_trials); first point with the
 !> next set (entering_contact_set).
 module span_tests
    use kinds, only: wp
