@@ -14,7 +14,7 @@ module closing_spans
    use span_regions, only: find_span_regions
    use path_record, only: region_t, recorder_t
    use contact_change_types, only: step_interval_t
-   use reachability, only: reach_of, turns
+   use reachability, only: within_reach
    use next_spans, only: next_t
    use set_validity, only: step_ahead
    use contact_trials, only: try_sets
@@ -42,7 +42,7 @@ contains
             near(k) = after%kind == test_vanishing
             if (near(k)) near(k) = .not. is_passage(problem, after)
             if (near(k)) near(k) = (is_gone(problem, after) .and. closes(interval, k)) .or. (interval%stuck .and. &
-               & after%value <= reach_of(interval) * (before%value - after%value))
+               & after%value <= within_reach * (before%value - after%value))
          end associate
       end do
       closing = pack(interval%after, near)

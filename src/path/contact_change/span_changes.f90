@@ -77,8 +77,8 @@ contains
          & call check_return(problem, step, run, outcome)
    end subroutine pass_change
 
-   !> Closes free spans that have closed on an increment, or that close just ahead if no increment converges. Events before the onset
-   !> of the next set could be missed: the increment is halved while a limit point lies on it.
+   !> Closes free spans that have closed on an increment, or that close just ahead if no increment converges. Events before the
+   !> onset of the next set could be missed: the increment is halved while a limit point lies on it.
    subroutine close_inside(problem, step, run, interval, recorder, request, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step

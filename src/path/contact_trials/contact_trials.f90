@@ -21,8 +21,7 @@ module contact_trials
    use path_state, only: path_state_t
    use set_differences, only: number_contacts
    use rod_strips, only: strip_t, find_strips, on_strips
-   use neighbours, only: doubt_t, neighbour_t, neighbours_at, edit_merge, edit_lie_down, edit_pass, edit_remove, divides, &
-      & no_test
+   use neighbours, only: doubt_t, neighbour_t, neighbours_at, edit_merge, divides, closes, no_test
    use doubts, only: doubts_of, all_doubts
    use set_trial, only: solve_neighbour
    use set_validity, only: change_place_t, new_change_place, trial_t, copy_trial, is_near, verify, load_changes, &
@@ -217,7 +216,7 @@ contains
          neighbour = neighbours_together(strip, on_strips(strip, present_contact_spans(from%set%problem, from%set%state)), &
             & doubt, d, length)
          do k = 1, size(neighbour)
-            if (here%vanishes .and. .not. any(neighbour(k)%edit == [edit_lie_down, edit_merge, edit_pass, edit_remove])) cycle
+            if (here%vanishes .and. .not. closes(neighbour(k)%edit)) cycle
             call solve_neighbour(here, from%set%problem, from%set%state, run, strip, neighbour(k), &
                & from%edits == 0, trial%set, found)
             if (found) found = is_near(here, trial%set) .and. .not. same_kind(here%problem, trial%set%problem)

@@ -24,7 +24,7 @@ module set_validity
    use test_kinds, only: span_test_t, any_fails, test_slack, test_gap, test_force, test_curvature, test_pressure, &
       & test_vanishing, test_couple
    use next_spans, only: next_t, copy_next, tests_of
-   use reachability, only: leads_to_next, far, far_when_stuck
+   use reachability, only: leads_to_next, within_reach
    use set_onset, only: find_onset
    use step_off, only: tangent_along, along, step_by, failing
    implicit none
@@ -40,6 +40,8 @@ module set_validity
    real(wp), parameter :: farthest = 0.2_wp  !! largest distance over which several sets are compared, and largest relative change
    !! of the load factor from the run's point to another set
 
+   real(wp), parameter :: beyond_zero = 1.1_wp    !! extrapolated distance at which tests hold / distance of their zero
+   real(wp), parameter :: far = 2.0_wp            !! largest change of the load factor from a located change to a set / increment
    real(wp), parameter :: like_increment = 0.9_wp !! part of an increment from which another whole one converges
    real(wp), parameter :: least_change = 1.0e-6_wp !! change of the load factor that an increment can make / first increment
 
@@ -131,8 +133,8 @@ contains
       type(trial_t), intent(inout) :: trial       !! in: set with its equilibrium, its edits and whether it is sized
       type(next_t) :: there
       type(span_test_t), allocatable :: tests(:)
-      real(wp) :: least, least_first, distance, onset
-      real(wp), parameter :: beyond_zero = 1.1_wp
+      real(wp) :: least, before                   ! least value of the tests at the last point and at the set's first equilibrium
+      real(wp) :: distance, onset                 ! from the first equilibrium to the last point, and to where the tests hold
       integer :: k, sense
       logical :: decides                          ! the tests decide at the equilibrium
       decides = trial%sized .and. trial%edits == 1
@@ -153,7 +155,7 @@ contains
             trial%turns = sense == 2
             tests = tests_of(set)
             least = worst(tests)
-            least_first = least
+            before = least
             onset = 0.0_wp
             if (decides .and. .not. any_fails(tests) .and. gaps_are_open(here, trial, set, tests)) then
                if (.not. on_path(run, here, set)) cycle
@@ -162,7 +164,6 @@ contains
                if (.not. here%at_change) call begin_at_onset(step, run, here, trial)
                return
             end if
-            distance = 0.0_wp
             do k = 1, size(step_ahead)
                there%system = set%system
                distance = max(step_ahead(k), onset)
@@ -193,7 +194,8 @@ contains
                   trial%fails_at = there%state
                end if
                if (worst(tests) <= least) exit
-               if (here%vanishes) onset = beyond_zero * distance * least_first / (least_first - worst(tests))
+               ! The set without a closing span may begin far ahead: its tests rise linearly.
+               if (here%vanishes) onset = beyond_zero * distance * before / (before - worst(tests))
                least = worst(tests)
             end do
          end do
@@ -221,9 +223,9 @@ contains
       type(next_t), intent(in) :: there
       on_path = here%at_change
       if (.not. on_path) on_path = path_length(there%problem, carried(here%problem, here%state, there%problem), there%state) <= &
-         & far_when_stuck * run%last_length
+         & within_reach * run%last_length
       if (.not. on_path) on_path = leads_to_next(here%problem, run, there)
-      if (here%vanishes .and. on_path) on_path = abs(there%state%load_factor - here%state%load_factor) <= far_when_stuck * &
+      if (here%vanishes .and. on_path) on_path = abs(there%state%load_factor - here%state%load_factor) <= within_reach * &
          & here%least_load
    end function on_path
 
