@@ -295,7 +295,9 @@ contains
       type(inner_forces_t), intent(in), optional :: inner !! forces of foundations: the result at the second end is then that of
       !! the element's equations, not of a polynomial
       real(wp) :: local(3), place(2), angle
-      if (present(inner)) kept = lying(problem, state, e, inner)
+      if (present(inner)) then
+         if (problem%ground%founded(e)) kept = lying(problem, state, e, inner)
+      end if
       call conforming_forces(problem, state, e, tau, local, place, angle, kept=kept)
       resultant = [cos(angle) * local(1) - sin(angle) * local(2), sin(angle) * local(1) + cos(angle) * local(2), local(3)]
    end subroutine conforming_resultant
