@@ -7,7 +7,7 @@ module rod_geometry
    use model, only: model_t
    use element_families, only: collocates, follows_curves
    use gauss_tableau, only: tableau_t, max_stages, new_tableau
-   use reference_curve, only: curve_point, curve_length, curve_abscissa
+   use reference_curve, only: curve_point, curve_angle, curve_length, curve_abscissa
    implicit none
    private
    public :: geometry_t, element_geometry_t, new_geometry, with_other_stages, shift_nodes
@@ -40,7 +40,9 @@ contains
       type(geometry_t) :: geometry
       type(tableau_t) :: tableau(max_stages)
       integer :: e
-      tableau = [(new_tableau(e), e=1, max_stages)]
+      do e = 1, max_stages
+         if (any(model%mesh%stages == e)) tableau(e) = new_tableau(e)
+      end do
       allocate (geometry%element(model%mesh%n_elements))
       geometry%x = model%mesh%x
       associate (mesh => model%mesh)
@@ -128,7 +130,6 @@ contains
       integer, intent(in) :: e
       real(wp), intent(in) :: s(2), x1(2), x2(2)
       type(element_geometry_t) :: g
-      real(wp) :: x(2), speed
       integer :: i, c
       g%s = s
       g%chord = x2 - x1
@@ -143,7 +144,7 @@ contains
       associate (curve => model%curve(c))
          g%length = curve_length(curve, model%imperfection, s(1), s(2))
          do i = 1, 2
-            call curve_point(curve, model%imperfection, s(i), x, g%end_angle(i), speed)
+            g%end_angle(i) = curve_angle(curve, model%imperfection, s(i))
          end do
       end associate
       call place_stages(model, tableau(model%mesh%stages(e)), e, g)
@@ -166,13 +167,13 @@ contains
       type(tableau_t), intent(in) :: tab
       integer, intent(in) :: e
       type(element_geometry_t), intent(inout) :: g !! in: with ends, chord and length
-      real(wp) :: x(2), speed, quadrature(2), turn
+      real(wp) :: quadrature(2), turn
       integer :: i
       associate (curve => model%curve(model%mesh%curve(e)))
          quadrature = 0.0_wp
          do i = 1, tab%stages
             g%at(i) = curve_abscissa(curve, model%imperfection, g%s(1), tab%c(i) * g%length)
-            call curve_point(curve, model%imperfection, g%at(i), x, g%angle(i), speed)
+            g%angle(i) = curve_angle(curve, model%imperfection, g%at(i))
             quadrature = quadrature + tab%b(i) * [cos(g%angle(i)), sin(g%angle(i))]
          end do
          quadrature = quadrature * g%length
