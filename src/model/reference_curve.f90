@@ -9,7 +9,7 @@ module reference_curve
       & table_points
    implicit none
    private
-   public :: measure_curves, curve_point, curve_angle, curve_bend, curve_length, curve_abscissa, curve_goes_on
+   public :: measure_curves, curve_point, curve_bend, curve_length, curve_abscissa, curve_goes_on
    public :: path_point, nominal_angle, is_straight
 
 contains
@@ -48,19 +48,6 @@ contains
       speed = hypot(along, across)
       angle = angle + atan2(across, along)
    end subroutine curve_point
-
-   !> Tangent direction [rad] at nominal coordinate s, as curve_point gives it.
-   pure real(wp) function curve_angle(curve, imperfections, s) result(angle)
-      type(curve_t), intent(in) :: curve
-      type(imperfection_t), intent(in) :: imperfections(:)
-      real(wp), intent(in) :: s         !! 0 to curve%length
-      real(wp) :: x(2), speed
-      if (allocated(curve%path) .or. curve%imperfection > 0) then
-         call curve_point(curve, imperfections, s, x, angle, speed)
-      else
-         angle = curve%angle + curve%curvature * s
-      end if
-   end function curve_angle
 
    !> Curvature d(angle)/d(true arc length) at nominal coordinate s, positive when the curve turns anticlockwise.
    pure subroutine curve_bend(curve, imperfections, s, bend, rate)
