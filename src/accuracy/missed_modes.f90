@@ -14,7 +14,7 @@ module missed_modes
    use track_nodes, only: excess_curvature
    use mesh_adequacy, only: compression
    use tangent_modes, only: modes_t, lowest_modes, apply_tangent
-   use force_free_contact, only: remove_force_free_lines
+   use force_free_contact, only: any_force_free, remove_force_free_lines
    use enriched_problem, only: new_finer_problem, new_finer_state
    use enriched_path, only: enriched_path_t, enriched_point_t
    use located_zero, only: zero_t, mode_rounding
@@ -40,7 +40,8 @@ contains
       if (size(problem%hinge) > 0) return
       difference = certain_difference(problem, state, system, path%problem, point%state, point%system, allowed)
       if (difference == 0) difference = hidden_directions(problem, state, system)
-      if (difference == 0 .and. any(problem%contact_span%line)) difference = released_difference(problem, state, system, allowed)
+      if (difference /= 0) return
+      if (any_force_free(problem, state, system)) difference = released_difference(problem, state, system, allowed)
    end function unstable_difference
 
    !> True if the discretisation error of the eigenvalue nearest to zero is as large as the eigenvalue: its sign is uncertain.

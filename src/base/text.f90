@@ -70,8 +70,23 @@ contains
       integer(i8), intent(in) :: value !! any integer
       character(:), allocatable :: string
       character(20) :: buffer
-      write (buffer, '(i0)') value
-      string = trim(buffer)
+      integer(i8) :: left
+      integer :: first
+      ! The most negative integer has no positive counterpart: the digits are those of a negative number.
+      left = value
+      if (value > 0) left = -value
+      first = len(buffer) + 1
+      do
+         first = first - 1
+         buffer(first:first) = achar(iachar('0') - int(mod(left, 10_i8)))
+         left = left / 10
+         if (left == 0) exit
+      end do
+      if (value < 0) then
+         first = first - 1
+         buffer(first:first) = '-'
+      end if
+      string = buffer(first:)
    end function long_to_text
 
    pure function real_to_text(value) result(string)

@@ -231,6 +231,8 @@ contains
                   if (present(touches_in) .and. e > 0) then
                      if (e == touches_in) cycle
                   end if
+                  ! The doubt matters only where the penetration would be the worst without it.
+                  if (-gaps(i) / problem%size <= accuracy%worst(check_penetration)%value) cycle
                   if (e > 0 .and. gaps(i) < 0.0_wp) gaps(i) = gaps(i) + place_doubt(e, tau, profile)
                   call note_worst(accuracy, check_penetration, -gaps(i) / problem%size, at, &
                      & node=problem%deck%mesh%node_label(node(i)))

@@ -24,7 +24,7 @@ module force_free_contact
    use bordered_system, only: linearise
    implicit none
    private
-   public :: remove_force_free_lines, count_released, let_turn, line_opening
+   public :: any_force_free, remove_force_free_lines, count_released, let_turn, line_opening
 
    real(wp), parameter :: nothing = 1.0e-7_wp   !! a force below this part of the structure's forces counts as zero; no input deck
    !! changes from 1E-8 to 1E-6
@@ -95,6 +95,15 @@ contains
       end function pressed_end
    end subroutine remove_force_free_lines
 
+   !> True if a line contact has no pressure.
+   logical function any_force_free(problem, state, system) result(weak)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system      !! assembled at `state`
+      weak = problem%has_spans()
+      if (weak) weak = any(force_free(problem, state, system))
+   end function any_force_free
+
    !> (contact spans) true for line contacts without pressure.
    function force_free(problem, state, system) result(weak)
       type(problem_t), intent(in) :: problem
@@ -123,9 +132,7 @@ contains
       integer, intent(out) :: pivots            !! those of `system` if no line contact is force-free
       logical, intent(out) :: any_weak          !! true: a line contact is force-free
       pivots = system%negative_pivots
-      any_weak = .false.
-      if (.not. problem%has_spans()) return
-      any_weak = any(force_free(problem, state, system))
+      any_weak = any_force_free(problem, state, system)
       if (any_weak) call count_in_reduced(problem, state, system, pivots)
    end subroutine count_released
 

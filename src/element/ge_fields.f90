@@ -9,7 +9,7 @@ module ge_fields
    use inner_forces, only: inner_forces_t
    implicit none
    private
-   public :: ge_end_forces, ge_interior, ge_between
+   public :: ge_end_forces, ge_interior, ge_between, ge_rotation
 
 contains
 
@@ -44,19 +44,31 @@ contains
       real(wp), intent(in) :: u(6), z(:)       !! as in ge_evaluate
       real(wp), intent(in) :: tau              !! position, 0 to 1 of the stress-free length
       real(wp), intent(out) :: span(2)         !! deformed position minus that of the first node
-      real(wp), intent(out) :: rotation        !! rotation at the point
-      real(wp), intent(out) :: resultant(3)    !! (n_x, n_y, m) at the point
-      real(wp) :: basis(max_stages), rho(2, max_stages)
-      integer :: s
-      s = tab%stages
+      real(wp), intent(out) :: rotation        !! rotation at the place
+      real(wp), intent(out) :: resultant(3)    !! (n_x, n_y, m) at the place
+      real(wp) :: rho(2, max_stages)
       call ge_directions(tab, h, tangent, compliance, load, u, z, rho)
-      call stage_basis(tab, tau, basis)
-      rotation = u(3) + h * compliance%bending * dot_product(basis(:s) * compliance%part(2, :s), z(4:3 + s)) + &
-         & (tau * h) * load%curvature
-      call sum_part(tab, h, scale, load, z, rho, basis, span, resultant)
+      call ge_between(tab, h, scale, load, z, rho, tau, span, resultant)
+      rotation = ge_rotation(tab, h, compliance, load, u, z, tau)
    end subroutine ge_interior
 
-   !> The same as ge_interior for many points of one element, with the directions rho at the stages given.
+   !> Rotation at a place of an element.
+   pure real(wp) function ge_rotation(tab, h, compliance, load, u, z, tau) result(rotation)
+      type(tableau_t), intent(in) :: tab
+      real(wp), intent(in) :: h
+      type(ge_stiffness_t), intent(in) :: compliance
+      type(ge_load_t), intent(in) :: load
+      real(wp), intent(in) :: u(6), z(:)
+      real(wp), intent(in) :: tau
+      real(wp) :: basis(max_stages)
+      call stage_basis(tab, tau, basis)
+      associate (s => tab%stages)
+         rotation = u(3) + h * compliance%bending * dot_product(basis(:s) * compliance%part(2, :s), z(4:3 + s)) + &
+            & (tau * h) * load%curvature
+      end associate
+   end function ge_rotation
+
+   !> As ge_interior, with the directions rho at the stages given, for many places of one element.
    pure subroutine ge_between(tab, h, scale, load, z, rho, tau, span, resultant)
       type(tableau_t), intent(in) :: tab
       real(wp), intent(in) :: h, scale

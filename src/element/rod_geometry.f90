@@ -4,13 +4,13 @@
 !> the lengths of the elements on both sides.
 module rod_geometry
    use kinds, only: wp
-   use model, only: model_t
+   use model, only: model_t, curve_t, imperfection_t
    use element_families, only: collocates, follows_curves
    use gauss_tableau, only: tableau_t, max_stages, new_tableau
    use reference_curve, only: curve_point, curve_length, curve_abscissa
    implicit none
    private
-   public :: geometry_t, element_geometry_t, new_geometry, with_other_stages, shift_nodes
+   public :: geometry_t, element_geometry_t, curve_angle, new_geometry, with_other_stages, shift_nodes
 
    !> Stress-free geometry of one element.
    type :: element_geometry_t
@@ -40,7 +40,9 @@ contains
       type(geometry_t) :: geometry
       type(tableau_t) :: tableau(max_stages)
       integer :: e
-      tableau = [(new_tableau(e), e=1, max_stages)]
+      do e = 1, max_stages
+         if (any(model%mesh%stages == e)) tableau(e) = new_tableau(e)
+      end do
       allocate (geometry%element(model%mesh%n_elements))
       geometry%x = model%mesh%x
       associate (mesh => model%mesh)
@@ -128,7 +130,6 @@ contains
       integer, intent(in) :: e
       real(wp), intent(in) :: s(2), x1(2), x2(2)
       type(element_geometry_t) :: g
-      real(wp) :: x(2), speed
       integer :: i, c
       g%s = s
       g%chord = x2 - x1
@@ -143,11 +144,24 @@ contains
       associate (curve => model%curve(c))
          g%length = curve_length(curve, model%imperfection, s(1), s(2))
          do i = 1, 2
-            call curve_point(curve, model%imperfection, s(i), x, g%end_angle(i), speed)
+            g%end_angle(i) = curve_angle(curve, model%imperfection, s(i))
          end do
       end associate
       call place_stages(model, tableau(model%mesh%stages(e)), e, g)
    end function element_geometry
+
+   !> Tangent direction [rad] at a nominal coordinate of a curve, as curve_point gives it.
+   pure real(wp) function curve_angle(curve, imperfections, s) result(angle)
+      type(curve_t), intent(in) :: curve
+      type(imperfection_t), intent(in) :: imperfections(:)
+      real(wp), intent(in) :: s
+      real(wp) :: x(2), speed
+      if (allocated(curve%path) .or. curve%imperfection > 0) then
+         call curve_point(curve, imperfections, s, x, angle, speed)
+      else
+         angle = curve%angle + curve%curvature * s
+      end if
+   end function curve_angle
 
    !> Angles of an element that lies on no curve.
    pure subroutine keep_straight(g)
@@ -166,13 +180,13 @@ contains
       type(tableau_t), intent(in) :: tab
       integer, intent(in) :: e
       type(element_geometry_t), intent(inout) :: g !! in: with ends, chord and length
-      real(wp) :: x(2), speed, quadrature(2), turn
+      real(wp) :: quadrature(2), turn
       integer :: i
       associate (curve => model%curve(model%mesh%curve(e)))
          quadrature = 0.0_wp
          do i = 1, tab%stages
             g%at(i) = curve_abscissa(curve, model%imperfection, g%s(1), tab%c(i) * g%length)
-            call curve_point(curve, model%imperfection, g%at(i), x, g%angle(i), speed)
+            g%angle(i) = curve_angle(curve, model%imperfection, g%at(i))
             quadrature = quadrature + tab%b(i) * [cos(g%angle(i)), sin(g%angle(i))]
          end do
          quadrature = quadrature * g%length

@@ -39,11 +39,12 @@ module conforming_span
 contains
 
    !> Stress-free curvature at the stages of an element.
-   pure function stage_bends(problem, state, e) result(bend)
+   pure function stage_bends(problem, state, e, stages) result(bend)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp) :: bend(problem%model%mesh%stages(e))
+      integer, intent(in) :: stages                 !! those of the element, or only the first ones
+      real(wp) :: bend(stages)
       integer :: i
       bend = 0.0_wp
       associate (c => problem%model%mesh%curve(e), g => state%geometry%element(e))
@@ -79,7 +80,7 @@ contains
       z = conforming_size(s)
       pose = pose_of(problem, state, problem%candidates%obstacle(c(1)))
       load = turned_load(pose, element_load(problem, state, e))
-      bend(:s) = stage_bends(problem, state, e)
+      bend(:s) = stage_bends(problem, state, e, s)
       do i = 1, 2
          track(i) = node_track(problem, state, c(i))
          t(:, i) = track(i)%tangent
@@ -181,7 +182,8 @@ contains
          if (kept%element /= e) kept = lying(problem, state, e)
          call forces_from_output(problem, state, kept, tau, local, place, angle, density)
       else
-         call forces_from_output(problem, state, lying(problem, state, e), tau, local, place, angle, density)
+         call forces_from_output(problem, state, lying(problem, state, e, at_start=tau <= 0.0_wp), tau, local, place, angle, &
+            & density)
       end if
    end subroutine conforming_forces
 
@@ -217,13 +219,17 @@ contains
    end subroutine forces_from_output
 
    !> A conforming element's dense output.
-   pure type(lying_t) function lying(problem, state, e, inner)
+   pure type(lying_t) function lying(problem, state, e, inner, at_start)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       type(inner_forces_t), intent(in), optional :: inner
+      logical, intent(in), optional :: at_start     !! true: only the first end is of interest, which needs no stages if
+      !! the element has no foundation
       type(track_t) :: track(2)
-      integer :: c(2), i
+      integer :: c(2), i, stages
+      stages = problem%model%mesh%stages(e)
+      if (present(at_start)) stages = merge(0, stages, at_start .and. .not. problem%ground%founded(e))
       c = [problem%conforms(e), problem%candidates%neighbour(2, problem%conforms(e))]
       do i = 1, 2
          track(i) = node_track(problem, state, c(i))
@@ -232,7 +238,7 @@ contains
       lying%pose = pose_of(problem, state, problem%candidates%obstacle(c(1)))
       lying%sense = track_sense(problem, state, c(1), track(1))
       lying%output = new_output(problem%tableau(problem%model%mesh%stages(e)), state%geometry%element(e)%length, lying%sense, &
-         & stage_bends(problem, state, e), &
+         & stage_bends(problem, state, e, stages), &
          & problem%model%obstacle(problem%candidates%obstacle(c(1))), -candidate_offset(problem, state, problem%candidates, c(1)), &
          & track(1), track(2), problem%compliance(e), turned_load(lying%pose, element_load(problem, state, e)), &
          & state%z(:conforming_size(problem%model%mesh%stages(e)), e), problem%ground%founded(e), &
@@ -295,7 +301,9 @@ contains
       type(inner_forces_t), intent(in), optional :: inner !! forces of foundations: the result at the second end is then that of
       !! the element's equations, not of a polynomial
       real(wp) :: local(3), place(2), angle
-      if (present(inner)) kept = lying(problem, state, e, inner)
+      if (present(inner)) then
+         if (problem%ground%founded(e)) kept = lying(problem, state, e, inner)
+      end if
       call conforming_forces(problem, state, e, tau, local, place, angle, kept=kept)
       resultant = [cos(angle) * local(1) - sin(angle) * local(2), sin(angle) * local(1) + cos(angle) * local(2), local(3)]
    end subroutine conforming_resultant

@@ -15,7 +15,7 @@ module rod_profile
    use node_rates, only: rod_derivatives, rotation_rates
    use problem, only: problem_t
    use element_families, only: collocates, follows_curves
-   use rod_geometry, only: element_geometry_t
+   use rod_geometry, only: element_geometry_t, curve_angle
    use reference_curve, only: curve_point, curve_bend, curve_length, curve_abscissa, is_straight
    use rod_state, only: state_t, element_displacement, element_compliance, element_load
    use gauss_tableau, only: max_stages, stage_basis
@@ -377,12 +377,10 @@ contains
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
       real(wp) :: angle
-      real(wp) :: x(2), speed
       angle = geometry%end_angle(1)
       if (problem%model%mesh%curve(e) == 0 .or. .not. follows_curves(problem%model%mesh%family(e))) return
       associate (curve => problem%model%curve(problem%model%mesh%curve(e)), imperfections => problem%model%imperfection)
-         call curve_point(curve, imperfections, curve_abscissa(curve, imperfections, geometry%s(1), tau * geometry%length), x, &
-            & angle, speed)
+         angle = curve_angle(curve, imperfections, curve_abscissa(curve, imperfections, geometry%s(1), tau * geometry%length))
       end associate
    end function home_angle
 

@@ -29,7 +29,6 @@ module state_transfer
 
    !> Element data of the last point, reused if the next point of the same state is in the same element.
    type :: kept_t
-      integer :: along = 0                      !! index of the element in problem%along
       type(profile_t) :: profile                !! dense output of an element
       type(lying_t) :: lying                    !! dense output of a conforming element
       integer :: directed = 0                   !! element to which `rho` belongs; 0: none
@@ -140,16 +139,17 @@ contains
       type(state_t), intent(in) :: there        !! `state` on the mesh of `to`
       real(wp) :: new(3, to%model%mesh%n_nodes)
       type(kept_t) :: kept
-      integer :: d, e, i, j, node
+      integer :: d, e, i, j, node, near
       real(wp) :: tau
       new = 0.0_wp
+      near = 0
       do d = 1, size(to%mesh_node)
          if (to%mesh_node(d) > 0) new(:, to%mesh_node(d)) = field(:, from%mesh_node(d))
       end do
       do j = 1, size(to%element_first)
          do i = to%element_first(j), to%element_last(j) - 1
             node = to%model%mesh%node(2, to%along(i))
-            call find_point(from, state, j, node_coordinate(to, there%geometry, node), e, tau, kept%along)
+            call find_point(from, state, j, node_coordinate(to, there%geometry, node), e, tau, near)
             call point_rate(from, state, field, e, kept, tau, new(:, node))
          end do
       end do
@@ -163,10 +163,10 @@ contains
       type(problem_t), intent(in) :: to
       type(state_t), intent(inout) :: new       !! state of `to`
       logical, intent(in), optional :: moved    !! true: nodes of one mesh have moved, together with the contact forces on them
-      type(kept_t) :: kept
+      type(kept_t) :: kept(2)                   ! of neighbouring elements, of which places are needed by turns
       real(wp) :: tau
       integer :: range(2, to%model%mesh%n_elements)
-      integer :: d, e, i, j, old, node
+      integer :: d, e, i, j, old, node, near
       range(1, :) = 1
       range(2, :) = from%model%mesh%n_elements
       if (present(moved)) then
@@ -185,15 +185,16 @@ contains
       do d = 1, size(to%mesh_node)
          if (to%mesh_node(d) > 0) new%u(:, to%mesh_node(d)) = state%u(:, from%mesh_node(d))
       end do
+      near = 0
       do j = 1, size(to%element_first)
          do i = to%element_first(j), to%element_last(j)
             e = to%along(i)
             if (i < to%element_last(j)) then
                node = to%model%mesh%node(2, e)
-               call find_point(from, state, j, node_coordinate(to, new%geometry, node), old, tau, kept%along)
-               call continuous_displacement(from, state, old, tau, kept, new%u(:, node))
+               call find_point(from, state, j, node_coordinate(to, new%geometry, node), old, tau, near)
+               call continuous_displacement(from, state, old, tau, kept(place_of(old, kept)), new%u(:, node))
             end if
-            call carry_resultants(from, state, to, e, range(:, e), kept, new)
+            call carry_resultants(from, state, to, e, range(:, e), near, kept, new)
          end do
       end do
    end subroutine carry_to
@@ -204,12 +205,13 @@ contains
       type(state_t), intent(in) :: state        !! state before the nodes moved
       logical, intent(in) :: chosen(:)          !! (elements) true: the section forces of the element are transferred
       type(state_t), intent(inout) :: new       !! in: with its geometry
-      type(kept_t) :: kept
-      integer :: range(2, size(chosen)), i
+      type(kept_t) :: kept(2)
+      integer :: range(2, size(chosen)), i, near
+      near = 0
       call find_ranges(problem, range)
       do i = 1, size(chosen)
          associate (e => problem%along(i))
-            if (chosen(e)) call carry_resultants(problem, state, problem, e, range(:, e), kept, new)
+            if (chosen(e)) call carry_resultants(problem, state, problem, e, range(:, e), near, kept, new)
          end associate
       end do
    end subroutine carry_stored
@@ -292,14 +294,15 @@ contains
 
    !> Transfer of one element's stored section forces. If contact forces act at the ends of the element, the section forces jump
    !> there even if the ends have moved.
-   pure subroutine carry_resultants(from, state, to, e, range, kept, new)
+   pure subroutine carry_resultants(from, state, to, e, range, near, kept, new)
       type(problem_t), intent(in) :: from
       type(state_t), intent(in) :: state
       type(problem_t), intent(in) :: to
       integer, intent(in) :: e                  !! element of `to`
       integer, intent(in) :: range(2)           !! first and last element of `from` between two contact forces; values beyond these
       !! forces are not used
-      type(kept_t), intent(inout) :: kept       !! data of the state of `from`
+      integer, intent(inout) :: near            !! see find_point
+      type(kept_t), intent(inout) :: kept(:)    !! data of the state of `from`
       type(state_t), intent(inout) :: new
       real(wp) :: at(2), tau, end, resultant(3, 0:max_stages), s, u(3), home(3), speed, force(0:max_stages)
       type(track_t) :: track(0:max_stages)
@@ -307,7 +310,7 @@ contains
       logical :: same
       associate (g => new%geometry%element(e), mesh => to%model%mesh, n => to%z_size(e), j => to%rod_segment(e))
          at = g%s + to%origin(e)
-         call find_point(from, state, j, at(1), old, tau, kept%along)
+         call find_point(from, state, j, at(1), old, tau, near)
          new%grounded(e) = state%grounded(old)
          end = state%geometry%element(old)%s(2) + from%origin(old)
          same = tau <= 0.0_wp .and. abs(end - at(2)) <= rounding(g%s(2), to%origin(e)) .and. &
@@ -319,15 +322,15 @@ contains
          stages = mesh%stages(e)
          do i = 0, stages
             s = merge(g%s(1), g%at(max(i, 1)), i == 0)
-            if (i > 0) call find_point(from, state, j, s + to%origin(e), old, tau, kept%along)
+            if (i > 0) call find_point(from, state, j, s + to%origin(e), old, tau, near)
             if (to%conforms(e) > 0) then
                ! For a conforming element only P = N + kappa M is used (see conforming_element), which does not jump at contact
                ! forces.
                if (tau > 0.0_wp .and. tau < 1.0_wp .and. lies_there(old)) then
-                  call conforming_track(from, state, old, tau, kept%lying, track(i), force(i))
+                  call conforming_track(from, state, old, tau, kept(place_of(old, kept))%lying, track(i), force(i))
                else
-                  call point_displacement(from, state, old, tau, kept, u)
-                  call find_resultant(from, state, old, tau, kept, resultant(:, i))
+                  call point_displacement(from, state, old, tau, kept(place_of(old, kept)), u)
+                  call find_resultant(from, state, old, tau, kept(place_of(old, kept)), resultant(:, i))
                   call curve_point(to%model%curve(mesh%curve(e)), to%model%imperfection, s, home(1:2), home(3), speed)
                   call track_below(to, new, e, home(1:2) + u(1:2), home(3) + u(3), resultant(:, i), track(i), force(i))
                end if
@@ -339,7 +342,7 @@ contains
                   tau = (s + to%origin(e) - from%origin(old) - ends(1)) / (ends(2) - ends(1))
                end associate
             end if
-            call find_resultant(from, state, old, tau, kept, resultant(:, i))
+            call find_resultant(from, state, old, tau, kept(place_of(old, kept)), resultant(:, i))
          end do
          if (to%conforms(e) > 0) then
             new%z(:1 + 2 * stages, e) = conforming_guess(to, new, e, track(:stages), force(:stages))
@@ -361,7 +364,14 @@ contains
       end function lies_there
    end subroutine carry_resultants
 
-   !> (n_x, n_y, m) at a point of a GE element.
+   !> Which of the kept data are those of an element.
+   pure integer function place_of(element, kept)
+      integer, intent(in) :: element
+      type(kept_t), intent(in) :: kept(:)       !! at least 1
+      place_of = 1 + modulo(element - 1, size(kept))
+   end function place_of
+
+   !> (n_x, n_y, m) at a place of a GE element.
    pure subroutine find_resultant(problem, state, e, tau, kept, resultant)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -443,7 +453,7 @@ contains
          end if
          call find_point(problem, state, problem%rod_segment(problem%beside(1, node)), node_coordinate(problem, geometry, &
             & node), e, tau, near)
-         associate (here => kept(1 + modulo(e - 1, size(kept))))
+         associate (here => kept(place_of(e, kept)))
             if (tau > 0.0_wp .and. tau < 1.0_wp .and. problem%conforms(e) == 0 .and. e /= here%profile%element) then
                here%profile = new_profile(problem, state, e)
                if (present(u) .and. is_smooth(e)) call mend_rotation(problem, state, here%profile)

@@ -19,37 +19,50 @@ module touchdown_points
    use ground_following, only: keep_to_ground, keep_layers
    implicit none
    private
-   public :: misfit, with_held, touchdown_errors, move_touchdown_points, touchdown_travel, touchdown_steps, &
-      & touchdown_step, touchdown_slope, shift_touchdown_points, point_force, carry_forces, excess_ahead
+   public :: touchdown_t, touchdown_at, misfit, with_held, touchdown_errors, move_touchdown_points, touchdown_travel, &
+      & touchdown_steps, touchdown_step, shift_touchdown_points, point_force, carry_forces, excess_ahead
 
    real(wp), parameter :: most = 0.5_wp     !! largest part of a span's length by which the ends of the span may approach each other
    !! in one move, so that the nodes keep their order
 
+   !> Condition at a touchdown point in one state.
+   type :: touchdown_t
+      logical :: told = .false.             !! true: the moment locates the point; false: the least gap
+      real(wp) :: error = 0.0_wp            !! residual: the jump of the moment, or the slope of the gap over the extension ratio
+      real(wp) :: slope = 0.0_wp            !! its decrease per unit of distance along the rod. Both are 0 for a fixed candidate
+   end type touchdown_t
+
 contains
 
-   !> Distance of each touchdown point from its equilibrium position, and the largest unbalanced moment.
-   subroutine misfit(problem, state, distance, moment)
+   !> Conditions at all touchdown points, and the largest unbalanced moment.
+   subroutine misfit(problem, state, at, moment)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(out) :: distance(:)  !! (candidates) along the rod, 0 for fixed candidates
+      type(touchdown_t), intent(out) :: at(:) !! (candidates)
       real(wp), intent(out) :: moment       !! largest jump of the moment at a touchdown point
-      real(wp) :: error, slope
-      logical :: told
       integer :: c
       moment = 0.0_wp
       do c = 1, problem%candidates%n
-         told = told_by_moment(problem, state, c)
-         call measure_error(problem, state, c, told, error, slope)
-         distance(c) = quotient(error, slope)
+         at(c) = touchdown_at(problem, state, c)
          if (.not. problem%candidates%moves(c) .or. problem%candidates%held(c)) cycle
-         moment = max(moment, merge(abs(error), abs(state%reaction(c) * distance(c)), told))
+         moment = max(moment, merge(abs(at(c)%error), abs(state%reaction(c) * quotient(at(c)%error, at(c)%slope)), at(c)%told))
       end do
    end subroutine misfit
 
-   !> True for a touchdown point whose position follows from continuity of the moment, false if it follows from the least gap. The
-   !> end of a line contact, where the rod has the direction of the obstacle, is of the first kind. A point contact of force T has
-   !> both conditions: dM = T ds for the moment M, dg' = g'' ds for the slope g' of the gap along the rod s. The errors of the two
-   !> positions have the ratio of EI g'' to T L (L: size of the structure); the more accurate one is used.
+   !> Condition at a touchdown point.
+   type(touchdown_t) function touchdown_at(problem, state, c) result(at)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: c              !! candidate
+      at%told = told_by_moment(problem, state, c)
+      call measure_error(problem, state, c, at%told, at%error, at%slope)
+   end function touchdown_at
+
+   !> True for a touchdown point whose position follows from continuity of the moment, false for one that follows from the least
+   !> gap. The end of a line contact, where the rod has the obstacle's direction, is of the first kind. A point contact of force T
+   !> can be located by either condition: dM = T ds for the moment M, dg' = g'' ds for the slope g' of the gap along the rod s. The
+   !> errors of the two positions have the ratio of EI g'' to T L (L: size of the structure), and the more accurate position is
+   !> used.
    logical function told_by_moment(problem, state, c) result(told)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -63,14 +76,13 @@ contains
       end associate
    end function told_by_moment
 
-   !> Residual of the location of a touchdown point, and its decrease per unit of distance along the rod. The residual is the jump
-   !> of the moment, or the slope of the gap over the extension ratio.
+   !> Residual of a touchdown point's condition and its decrease along the rod, as in touchdown_t.
    subroutine measure_error(problem, state, c, told, error, slope)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c              !! candidate
-      logical, intent(in) :: told           !! true: the moment locates the point; false: the least gap
-      real(wp), intent(out) :: error, slope !! 0 for a fixed candidate
+      logical, intent(in) :: told           !! as in touchdown_t
+      real(wp), intent(out) :: error, slope
       real(wp) :: local(3, 2), extension, sense
       error = 0.0_wp
       slope = 0.0_wp
@@ -208,16 +220,17 @@ contains
    !> Moves the touchdown points to their positions in an iterate, from the slopes of the previous iterate, at which the equations
    !> were linearised. The nodes between them move as well; displacements and section forces become those of the material points at
    !> the new nodes.
-   subroutine move_touchdown_points(problem, before, state, travelled)
+   subroutine move_touchdown_points(problem, before, state, travelled, at)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before
       type(state_t), intent(inout) :: state
       real(wp), intent(out), optional :: travelled !! largest distance as part of the length of a span beside the point
+      type(touchdown_t), intent(in), optional :: at(:) !! conditions at `before`, if known
       real(wp) :: distance(problem%candidates%n), mark(size(problem%mark))
       integer :: m
       mark = [(mark_step(problem, before, state, m), m=1, size(mark))]
       if (size(mark) > 0) call keep_to_ground(problem, before, state)
-      distance = touchdown_steps(problem, before, state)
+      distance = touchdown_steps(problem, before, state, at)
       do m = 1, size(mark)
          if (.not. is_live(problem, state, m)) cycle
          ! Any element may then contain the interface point; at convergence the other elements get their segments back
@@ -250,45 +263,37 @@ contains
    end function passes_touchdown
 
    !> Distances of all touchdown points from their positions in an iterate, with the slopes of the previous iterate `before`.
-   function touchdown_steps(problem, before, state) result(distance)
+   function touchdown_steps(problem, before, state, at) result(distance)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before, state
+      type(touchdown_t), intent(in), optional :: at(:) !! conditions at `before`, if known
       real(wp) :: distance(problem%candidates%n)
       integer :: c
-      distance = [(touchdown_step(problem, before, state, c), c=1, size(distance))]
+      if (present(at)) then
+         distance = [(touchdown_step(problem, at(c), state, c), c=1, size(distance))]
+      else
+         distance = [(touchdown_step(problem, touchdown_at(problem, before, c), state, c), c=1, size(distance))]
+      end if
    end function touchdown_steps
 
    !> Distance of one touchdown point from its position in an iterate, as in touchdown_steps; 0 for a fixed candidate.
    real(wp) function touchdown_step(problem, before, state, c) result(distance)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: before, state
-      integer, intent(in) :: c              !! candidate
-      real(wp) :: error, slope, now
-      logical :: told
-      distance = 0.0_wp
-      if (problem%candidates%held(c) .or. .not. problem%candidates%moves(c)) return
-      told = told_by_moment(problem, before, c)
-      call measure_error(problem, before, c, told, error, slope)
-      call measure_error(problem, state, c, told, error, now)
-      if (told .and. abs(now) > abs(slope)) slope = now
-      ! If the obstacle would have to pull at the end of a line contact, the contact must recede. The opposite direction would lead
-      ! to a free span of zero length, an equilibrium without forces that could open it again.
-      if (told .and. problem%candidates%follows(c)) slope = sign(slope, track_sense(problem, state, c, node_track(problem, &
-         & state, c)))
-      distance = quotient(error, slope)
-   end function touchdown_step
-
-   !> Decrease of the moment's jump at a touchdown point per unit of distance along the rod; 0 for a point located by the least gap.
-   real(wp) function touchdown_slope(problem, state, c) result(slope)
-      type(problem_t), intent(in) :: problem
+      type(touchdown_t), intent(in) :: before !! condition at the previous iterate
       type(state_t), intent(in) :: state
       integer, intent(in) :: c              !! candidate
-      real(wp) :: error
-      logical :: told
-      told = told_by_moment(problem, state, c)
-      call measure_error(problem, state, c, told, error, slope)
-      if (.not. told) slope = 0.0_wp
-   end function touchdown_slope
+      real(wp) :: error, slope, now
+      distance = 0.0_wp
+      if (problem%candidates%held(c) .or. .not. problem%candidates%moves(c)) return
+      call measure_error(problem, state, c, before%told, error, now)
+      slope = before%slope
+      if (before%told .and. abs(now) > abs(slope)) slope = now
+      ! If the obstacle would have to pull at the end of a line contact, the contact must recede. The other direction would lead to
+      ! a free span of zero length, a false equilibrium from which no force would lead away.
+      if (before%told .and. problem%candidates%follows(c)) slope = sign(slope, track_sense(problem, state, c, &
+         & node_track(problem, state, c)))
+      distance = quotient(error, slope)
+   end function touchdown_step
 
    !> Largest distance of a touchdown point from its position in an iterate, as part of the length of a span beside the point. No
    !> point moves.

@@ -7,7 +7,7 @@ module converged_state
    use rod_state, only: state_t
    use linear_system, only: system_t, contact_reaction
    use contact_set, only: overlap_allowed, sign_slack
-   use touchdown_points, only: misfit
+   use touchdown_points, only: touchdown_t, misfit
    use element_foundation, only: foundation_forces
    use ground_marks, only: mark_step, mark_spring
    use inner_forces, only: inner_forces_t
@@ -22,11 +22,12 @@ contains
 
    !> Largest violation of supports and rigid contacts, over the structure's size, and of moments at touchdown points and forces at
    !> interface points.
-   real(wp) function constraint_residual(problem, state, system) result(worst)
+   real(wp) function constraint_residual(problem, state, system, at) result(worst)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
-      real(wp) :: distance(problem%candidates%n), moment, spring, force, rate, normal(2)
+      type(touchdown_t), allocatable, intent(out) :: at(:) !! (candidates) conditions at touchdown points; not allocated: none
+      real(wp) :: moment, spring, force, rate, normal(2)
       integer :: m
       worst = 0.0_wp
       if (any(system%fixed)) worst = maxval(abs(system%value), mask=system%fixed) / problem%size
@@ -43,7 +44,8 @@ contains
          end do
       end if
       if (.not. problem%has_spans()) return
-      call misfit(problem, state, distance, moment)
+      allocate (at(problem%candidates%n))
+      call misfit(problem, state, at, moment)
       worst = max(worst, moment / (problem%size * max(system%force_scale, tiny(worst))))
       ! The tangent treats a clamp beside a free span in neutral equilibrium as a hinge. If touchdown points are prescribed, this
       ! hinge may turn; otherwise it turns by the mesh error only.

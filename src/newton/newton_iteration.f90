@@ -13,7 +13,7 @@ module newton_iteration
    use contact_set, only: contact_step_t, solve_contact_step
    use foundation_limits, only: why_too_stiff
    use step_search, only: shorten_step, step_work
-   use touchdown_points, only: move_touchdown_points
+   use touchdown_points, only: touchdown_t, move_touchdown_points
    use force_law, only: segment_unknown
    use ground_segments, only: segments_hold, settle_found
    use ground_pressures, only: advance_pressures
@@ -49,6 +49,7 @@ module newton_iteration
       real(wp) :: largest = 0.0_wp             !! largest translation of a node; huge if only the contact set changed
       real(wp) :: forces_left = 0.0_wp         !! residual of forces and elements from which the next step starts
       real(wp) :: last_residual = 0.0_wp       !! residual before the step
+      type(touchdown_t), allocatable :: touchdown(:) !! (candidates) conditions at the iterate, if known
       logical :: refactor = .false.            !! true: the tangent must be factored anew
       ! History.
       real(wp), allocatable :: corrections(:)  !! largest translation of a node in each iteration
@@ -207,7 +208,7 @@ contains
          newton%correction = metric(problem, state%u - from%u, state%u - from%u)
          newton%largest = largest_move(from, state)
          if (problem%moves_nodes()) then
-            call move_touchdown_points(problem, from, state, newton%gone)
+            call move_touchdown_points(problem, from, state, newton%gone, newton%touchdown)
             if (.not. newton%searching) then
                ! An interface point may have met a touchdown point.
                newton%searching = any(searches(problem, state))
@@ -232,7 +233,7 @@ contains
       type(newton_t), intent(inout) :: newton
       type(increment_t), intent(inout) :: report
       newton%last_residual = report%residual
-      report%residual = residual_of(problem, state, system)
+      report%residual = residual_of(problem, state, system, newton%touchdown)
       if (.not. report%residual < 1.0e8_wp) then
          call give_up(problem, state, system, 'Newton diverged', newton, report)
       else if (newton%number == 1) then
@@ -276,6 +277,7 @@ contains
          ! Elements that detect their contact themselves may be in one segment of the law as a whole at the converged state.
          given_up = searches(problem, state)
          call settle_found(problem, state)
+         if (allocated(newton%touchdown)) deallocate (newton%touchdown)
          settled = all(searches(problem, state) .eqv. given_up)
          newton%told_again = .true.
       end if
@@ -284,7 +286,7 @@ contains
          newton%searching = .true.
          call begin_search(newton)
          call assemble(problem, state, newton%origin, system)
-         report%residual = residual_of(problem, state, system)
+         report%residual = residual_of(problem, state, system, newton%touchdown)
          return
       end if
       if (.not. newton%frozen) then
@@ -347,11 +349,12 @@ contains
    end subroutine give_up
 
    !> Largest of the residuals of forces, elements and constraints.
-   real(wp) function residual_of(problem, state, system) result(residual)
+   real(wp) function residual_of(problem, state, system, touchdown) result(residual)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
-      residual = max(system%force_residual, system%defect_residual, constraint_residual(problem, state, system))
+      type(touchdown_t), allocatable, intent(out) :: touchdown(:)
+      residual = max(system%force_residual, system%defect_residual, constraint_residual(problem, state, system, touchdown))
    end function residual_of
 
    !> Largest translation of a node between two states.

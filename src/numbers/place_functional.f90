@@ -9,7 +9,7 @@ module place_functional
    use rod_state, only: state_t
    use linear_system, only: system_t
    use track_nodes, only: rolled_t, rolled
-   use touchdown_points, only: touchdown_step, touchdown_slope
+   use touchdown_points, only: touchdown_t, touchdown_at, touchdown_step
    use span_regions, only: chain_coordinate
    use error_bar, only: place_bar_t
    use state_functional, only: functional_t
@@ -21,7 +21,7 @@ module place_functional
    !> Position of a touchdown point as a number of the state.
    type, extends(local_number_t) :: touchdown_place_t
       integer :: candidate = 0
-      type(state_t) :: before                    !! state that has the touchdown point at its position
+      type(touchdown_t) :: before                !! condition in the state that has the touchdown point at its place
    contains
       procedure :: value => place_of_state
    end type touchdown_place_t
@@ -55,14 +55,15 @@ contains
       integer, intent(in) :: ends(:) !! candidates, see moving_ends
       real(wp) :: at(size(ends))
       integer :: k
-      at = [(place_after(problem, before, after, ends(k)), k=1, size(ends))]
+      at = [(place_after(problem, touchdown_at(problem, before, ends(k)), after, ends(k)), k=1, size(ends))]
    end function places_after
 
    !> Position of one touchdown point in a state `after`: the position of its node plus the step that the touchdown condition
    !> requires.
    real(wp) function place_after(problem, before, after, candidate) result(at)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: before, after
+      type(touchdown_t), intent(in) :: before    !! condition in a state close to `after`
+      type(state_t), intent(in) :: after
       integer, intent(in) :: candidate
       at = place_at(problem, after, candidate) + touchdown_step(problem, before, after, candidate)
    end function place_after
@@ -93,19 +94,17 @@ contains
       integer, intent(in) :: candidate
       type(functional_t) :: number
       type(touchdown_place_t) :: place
-      real(wp) :: slope
       place%candidate = candidate
-      place%before = state
+      place%before = touchdown_at(problem, state, candidate)
       associate (beside => problem%candidates%element(:, candidate))
          place%element = pack(beside, beside > 0)
          number = linearised(problem, state, system, place)
          ! The residual of the touchdown condition left by the iteration does not count in the error bar of the position.
          number%defect = 0.0_wp
-         slope = touchdown_slope(problem, state, candidate)
-         if (.not. abs(slope) > 0.0_wp) return
+         if (.not. (place%before%told .and. abs(place%before%slope) > 0.0_wp)) return
          allocate (number%by_element(6, problem%model%mesh%n_elements), source=0.0_wp)
-         if (beside(1) > 0) number%by_element(6, beside(1)) = 1.0_wp / slope
-         if (beside(2) > 0) number%by_element(3, beside(2)) = 1.0_wp / slope
+         if (beside(1) > 0) number%by_element(6, beside(1)) = 1.0_wp / place%before%slope
+         if (beside(2) > 0) number%by_element(3, beside(2)) = 1.0_wp / place%before%slope
       end associate
    end function new_place_functional
 

@@ -9,7 +9,7 @@ module section_quantities
    use rod_elements, only: rod_at
    use cross_section, only: section_t, varies, local_section, outer_fibre
    use reference_curve, only: curve_point, curve_abscissa
-   use rod_profile, only: new_profile, profile_angle
+   use rod_profile, only: profile_t, new_profile, profile_angle
    use node_rates, only: resultants_on_ground
    use state_transfer, only: find_point
    use golden_section, only: golden_section_t, sections_to_rounding
@@ -32,40 +32,60 @@ module section_quantities
 
 contains
 
-   !> Quantity of the section at a point of an element. Forces have the signs of the results: N positive in tension, Q along the
-   !> left normal of the section. Strain and stress, without heat and shear, are positive and those of the fibre with the largest
-   !> value.
-   function section_value(problem, state, e, tau, quantity, sense) result(value)
+   !> Quantity of the section at a place of an element, see section_values.
+   real(wp) function section_value(problem, state, e, tau, quantity, sense) result(value)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau               !! 0 to 1 of the element
+      real(wp), intent(in) :: tau
+      integer, intent(in) :: quantity
+      real(wp), intent(in), optional :: sense(2)
+      real(wp) :: values(1)
+      values = section_values(problem, state, e, [tau], quantity, sense)
+      value = values(1)
+   end function section_value
+
+   !> Quantity of the section at places of an element. Forces have the signs of the results: N positive in tension, Q along the
+   !> left normal of the section. Strain and stress are those of the fibre that has the largest, as positive numbers: without heat,
+   !> and without shear.
+   function section_values(problem, state, e, tau, quantity, sense) result(value)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp), intent(in) :: tau(:)            !! 0 to 1 of the element
       integer, intent(in) :: quantity           !! 1: N, 2: Q, 3: M, 4: strain, 5: stress
       real(wp), intent(in), optional :: sense(2) !! as in section_place_t, which makes the quantity a smooth function of the state;
       !! default: N, Q, M with their signs, strain and stress positive
-      real(wp) :: value
-      real(wp) :: local(3), along(3), angle, signs(2)
+      real(wp) :: value(size(tau))
+      real(wp) :: local(3, size(tau)), along(3), angle, signs(2)
+      type(profile_t) :: profile
       class(rod_element_t), pointer :: rod
       type(section_t) :: section
+      integer :: i
       rod => rod_at(problem, e)
       local = rod%local_forces(problem, state, e, tau)
       if (problem%ground%founded(e) .and. problem%conforms(e) == 0) then
-         along = resultants_on_ground(problem, state, e, tau)
-         angle = profile_angle(problem, state, new_profile(problem, state, e), tau)
-         local(1:2) = [cos(angle) * along(1) + sin(angle) * along(2), cos(angle) * along(2) - sin(angle) * along(1)]
+         profile = new_profile(problem, state, e)
+         do i = 1, size(tau)
+            along = resultants_on_ground(problem, state, e, tau(i))
+            angle = profile_angle(problem, state, profile, tau(i))
+            local(1:2, i) = [cos(angle) * along(1) + sin(angle) * along(2), cos(angle) * along(2) - sin(angle) * along(1)]
+         end do
       end if
       if (quantity <= moment) then
-         value = local(quantity)
+         value = local(quantity, :)
          if (present(sense)) value = sense(1) * value
          return
       end if
-      section = section_inside(problem, state, e, tau)
-      signs = sign(1.0_wp, local([axial, moment]))
-      if (present(sense)) signs = sense
-      value = signs(2) * local(moment) / section%ei * outer_fibre(section)
-      if (.not. section%inextensible) value = value + signs(1) * local(axial) / section%ea
-      if (quantity == stress) value = section%young * value
-   end function section_value
+      do i = 1, size(tau)
+         if (i == 1 .or. varies(section)) section = section_inside(problem, state, e, tau(i))
+         signs = sign(1.0_wp, local([axial, moment], i))
+         if (present(sense)) signs = sense
+         value(i) = signs(2) * local(moment, i) / section%ei * outer_fibre(section)
+         if (.not. section%inextensible) value(i) = value(i) + signs(1) * local(axial, i) / section%ea
+         if (quantity == stress) value(i) = section%young * value(i)
+      end do
+   end function section_values
 
    !> The section at a point of an element.
    function section_inside(problem, state, e, tau) result(section)
@@ -213,12 +233,10 @@ contains
       element = 0
       do e = 1, problem%model%mesh%n_elements
          n = max(problem%model%mesh%stages(e), 1)
-         do j = 0, n
-            there = section_value(problem, state, e, real(j, wp) / n, strain)
-            if (.not. there > value) cycle
-            value = there
-            element = e
-         end do
+         there = maxval(section_values(problem, state, e, [(real(j, wp) / n, j=0, n)], strain))
+         if (.not. there > value) cycle
+         value = there
+         element = e
       end do
    end subroutine largest_strain
 

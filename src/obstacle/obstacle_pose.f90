@@ -98,6 +98,8 @@ contains
    pure function turned_less(turn, v) result(change)
       real(wp), intent(in) :: turn, v(2)
       real(wp) :: change(2), half
+      change = 0.0_wp
+      if (.not. abs(turn) > 0.0_wp) return
       half = 0.5_wp * turn
       change = (2.0_wp * sin(half)) * [-sin(half) * v(1) - cos(half) * v(2), cos(half) * v(1) - sin(half) * v(2)]
    end function turned_less

@@ -97,12 +97,16 @@ contains
       integer(hid_t), intent(in) :: data_type
       integer(hsize_t), intent(in) :: dims(:)
       type(c_ptr), intent(in) :: data
-      integer(hid_t) :: place
+      integer(hid_t) :: place, space
       integer :: status, close_status
       if (.not. hdf5_ok(file)) return
       call h5oopen_f(file%handle, object, place, status)
       if (status >= 0) then
-         call put_attribute(place, name, data_type, dims, data, status)
+         call hdf5_space(dims, space, status)
+         if (status >= 0) then
+            call put_attribute(place, name, data_type, space, data, status)
+            call h5sclose_f(space, close_status)
+         end if
          call h5oclose_f(place, close_status)
       end if
       if (status < 0) call hdf5_failed(file, 'write attribute '//name//' of '//object)
@@ -119,22 +123,18 @@ contains
       type(c_ptr), target :: pointer(1)
       text = trim(value)//c_null_char
       pointer(1) = c_loc(text)
-      call put_attribute(place, name, file%text_type, [integer(hsize_t) ::], c_loc(pointer), status)
+      call put_attribute(place, name, file%text_type, file%single, c_loc(pointer), status)
    end subroutine put_text
 
    !> Creates an attribute of an open object, or opens the one of that name, and writes it.
-   subroutine put_attribute(place, name, data_type, dims, data, status)
-      integer(hid_t), intent(in) :: place, data_type
+   subroutine put_attribute(place, name, data_type, space, data, status)
+      integer(hid_t), intent(in) :: place, data_type, space
       character(*), intent(in) :: name
-      integer(hsize_t), intent(in) :: dims(:)
       type(c_ptr), intent(in) :: data
       integer, intent(out) :: status
-      integer(hid_t) :: space, attribute
+      integer(hid_t) :: attribute
       integer :: close_status
-      call hdf5_space(dims, space, status)
-      if (status < 0) return
       call h5acreate_f(place, name, data_type, space, attribute, status)
-      call h5sclose_f(space, close_status)
       if (status < 0) call h5aopen_f(place, name, attribute, status) ! it exists
       if (status < 0) return
       call h5awrite_f(attribute, data_type, data, status)

@@ -17,8 +17,9 @@ module hdf5_file
    use hdf5, only: hid_t, size_t, h5dont_atexit_f, h5open_f, h5eset_auto_f, h5f_acc_trunc_f, h5f_close_strong_f, &
       & h5f_scope_global_f, h5fcreate_f, h5fclose_f, h5fflush_f, h5fget_file_image_f, h5p_file_access_f, h5p_group_create_f, &
       & h5pcreate_f, h5pset_fclose_degree_f, h5pset_fapl_core_f, h5pset_link_creation_order_f, h5p_crt_order_tracked_f, &
-      & h5p_crt_order_indexed_f, h5pset_link_phase_change_f, h5pclose_f, h5gcreate_f, h5gclose_f, h5fopen_f, h5f_acc_rdwr_f, &
-      & h5lexists_f, h5ldelete_f, h5tcopy_f, h5tclose_f, h5tset_cset_f, h5t_cset_utf8_f, h5t_string
+      & h5p_crt_order_indexed_f, h5pset_link_phase_change_f, h5pset_est_link_info_f, &
+      & h5pclose_f, h5gcreate_f, h5gclose_f, h5fopen_f, h5f_acc_rdwr_f, h5lexists_f, h5ldelete_f, &
+      & h5s_scalar_f, h5screate_f, h5sclose_f, h5tcopy_f, h5tclose_f, h5tset_cset_f, h5t_cset_utf8_f, h5t_string
    use kinds, only: wp
    use errors, only: error_t, fail
    use memory, only: can_be_had
@@ -34,6 +35,8 @@ module hdf5_file
    integer(hid_t), parameter :: no_handle = -1_hid_t
    integer(size_t), parameter :: memory_step = 131072_size_t  !! bytes by which the file grows in memory
    integer, parameter :: most_compact = 64  !! members of a group up to which their names take the least room
+   integer, parameter :: members = 12, letters = 16 !! members of a group, and bytes of their names, for which
+   !! it has room from the beginning
    integer, parameter :: room = 400         !! bytes of the text with room
    character(*), parameter :: spare = achar(127)      !! a character that no text has, for the room behind the text
    real(wp), parameter :: little_memory = 16.0e6_wp   !! bytes: if this memory is not available, the library fails
@@ -43,6 +46,8 @@ module hdf5_file
       private
       integer(hid_t), public :: handle = no_handle
       integer(hid_t), public :: text_type = no_handle !! UTF-8 text of any length
+      integer(hid_t), public :: single = no_handle !! space of one value
+      integer(hid_t) :: layout = no_handle      !! creation properties of groups
       character(:), allocatable :: path         !! file name given by the caller
       character(:), allocatable :: target       !! file name with symbolic links resolved
       integer :: lock = -1                      !! descriptor of the lock file, while the result file is open
@@ -103,6 +108,11 @@ contains
       end if
       if (status >= 0) call h5tcopy_f(h5t_string, file%text_type, status)
       if (status >= 0) call h5tset_cset_f(file%text_type, h5t_cset_utf8_f, status)
+      if (status >= 0) call h5screate_f(h5s_scalar_f, file%single, status)
+      if (status >= 0) call h5pcreate_f(h5p_group_create_f, file%layout, status)
+      if (status >= 0) call h5pset_link_creation_order_f(file%layout, ior(h5p_crt_order_tracked_f, h5p_crt_order_indexed_f), status)
+      if (status >= 0) call h5pset_est_link_info_f(file%layout, members, letters, status)
+      if (status >= 0) call h5pset_link_phase_change_f(file%layout, most_compact, most_compact - 1, status)
       if (status < 0) then
          file%handle = no_handle
          call hdf5_failed(file, 'begin')
@@ -191,17 +201,11 @@ contains
    subroutine hdf5_group(file, name)
       type(hdf5_file_t), intent(inout) :: file
       character(*), intent(in) :: name          !! full path, e.g. '/path/monitor'
-      integer(hid_t) :: group, layout
-      integer :: status, close_status
+      integer(hid_t) :: group
+      integer :: status
       if (.not. hdf5_ok(file)) return
-      call h5pcreate_f(h5p_group_create_f, layout, status)
-      if (status >= 0) then
-         call h5pset_link_creation_order_f(layout, ior(h5p_crt_order_tracked_f, h5p_crt_order_indexed_f), status)
-         if (status >= 0) call h5pset_link_phase_change_f(layout, most_compact, most_compact - 1, status)
-         if (status >= 0) call h5gcreate_f(file%handle, name, group, status, gcpl_id=layout)
-         if (status >= 0) call h5gclose_f(group, status)
-         call h5pclose_f(layout, close_status)
-      end if
+      call h5gcreate_f(file%handle, name, group, status, gcpl_id=file%layout)
+      if (status >= 0) call h5gclose_f(group, status)
       if (status >= 0) return
       if (.not. hdf5_has(file, name)) call hdf5_failed(file, 'create group '//name)
    end subroutine hdf5_group
@@ -305,6 +309,8 @@ contains
       if (file%handle == no_handle) return
       call hdf5_flush(file)
       call h5tclose_f(file%text_type, status)
+      call h5sclose_f(file%single, status)
+      call h5pclose_f(file%layout, status)
       call h5fclose_f(file%handle, status)
       file%handle = no_handle
       if (status < 0) call hdf5_failed(file, 'write the last data')

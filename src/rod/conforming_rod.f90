@@ -64,10 +64,14 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau
-      real(wp) :: local(3)
+      real(wp), intent(in) :: tau(:)
+      real(wp) :: local(3, size(tau))
       real(wp) :: place(2), angle
-      call conforming_forces(problem, state, e, tau, local, place, angle)
+      type(lying_t) :: kept
+      integer :: i
+      do i = 1, size(tau)
+         call conforming_forces(problem, state, e, tau(i), local(:, i), place, angle, kept=kept)
+      end do
    end function local_forces
 
    !> See rod_element. Zero: on an obstacle of constant curvature all strains are linear in the displacements.

@@ -9,9 +9,10 @@ module ge_rod
    use inner_forces, only: inner_forces_t
    use gauss_tableau, only: max_stages, raised_values
    use rod_load, only: ge_load_t, acts, line_at_stage, line_before
+   use rod_compliance, only: ge_stiffness_t
    use ge_element, only: ge_evaluate, ge_columns
    use ge_stages, only: ge_directions, ge_direction_rates
-   use ge_fields, only: ge_end_forces, ge_interior
+   use ge_fields, only: ge_end_forces, ge_between, ge_rotation
    implicit none
    private
    public :: ge_rod_t
@@ -73,18 +74,25 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau
-      real(wp) :: local(3)
-      real(wp) :: span(2), rotation, resultant(3), angle
-      associate (g => state%geometry%element(e))
-         call ge_interior(problem%tableau(problem%model%mesh%stages(e)), g%length, g%scale, g%tangent, &
-            & element_compliance(problem, state, e), &
-            & element_load(problem, state, e), element_displacement(problem, state, e), state%z(:problem%z_size(e), e), tau, &
-            & span, rotation, resultant)
+      real(wp), intent(in) :: tau(:)
+      real(wp) :: local(3, size(tau))
+      real(wp) :: rho(2, max_stages), span(2), resultant(3), u(6), angle
+      type(ge_load_t) :: load
+      type(ge_stiffness_t) :: compliance
+      integer :: i
+      load = element_load(problem, state, e)
+      compliance = element_compliance(problem, state, e)
+      u = element_displacement(problem, state, e)
+      associate (g => state%geometry%element(e), tab => problem%tableau(problem%model%mesh%stages(e)), &
+         & z => state%z(:problem%z_size(e), e))
+         call ge_directions(tab, g%length, g%tangent, compliance, load, u, z, rho)
+         do i = 1, size(tau)
+            call ge_between(tab, g%length, g%scale, load, z, rho, tau(i), span, resultant)
+            angle = home_angle(problem, g, e, tau(i)) + ge_rotation(tab, g%length, compliance, load, u, z, tau(i))
+            local(:, i) = [cos(angle) * resultant(1) + sin(angle) * resultant(2), &
+               & cos(angle) * resultant(2) - sin(angle) * resultant(1), resultant(3)]
+         end do
       end associate
-      angle = home_angle(problem, state%geometry%element(e), e, tau) + rotation
-      local = [cos(angle) * resultant(1) + sin(angle) * resultant(2), cos(angle) * resultant(2) - sin(angle) * resultant(1), &
-         & resultant(3)]
    end function local_forces
 
    !> See rod_element.

@@ -58,15 +58,15 @@ module rod_element
          real(wp), intent(out) :: first(3), second(3)
       end subroutine both_ends
 
-      !> (N, Q, M) in the axes of the deformed section inside an element without a foundation along it.
+      !> (N, Q, M) in the axes of the deformed section at places inside an element without a foundation along it.
       function inside(self, problem, state, e, tau) result(local)
          import :: rod_element_t, problem_t, state_t, wp
          class(rod_element_t), intent(in) :: self
          type(problem_t), intent(in) :: problem
          type(state_t), intent(in) :: state
          integer, intent(in) :: e
-         real(wp), intent(in) :: tau              !! 0 to 1 of the stress-free length
-         real(wp) :: local(3)
+         real(wp), intent(in) :: tau(:)           !! 0 to 1 of the stress-free length
+         real(wp) :: local(3, size(tau))
       end function inside
 
       !> Change of the tangent at fixed geometry due to the section forces and the pressure of a change `factor` of the load factor;

@@ -47,13 +47,13 @@ contains
       end do
    end subroutine local_forces
 
-   !> (N, Q, M) inside an element without a distributed foundation.
+   !> (N, Q, M) at places inside an element without a distributed foundation.
    function inner_local_forces(problem, state, e, tau) result(local)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau               !! 0 to 1 of the element
-      real(wp) :: local(3)
+      real(wp), intent(in) :: tau(:)            !! 0 to 1 of the element
+      real(wp) :: local(3, size(tau))
       class(rod_element_t), pointer :: rod
       rod => rod_at(problem, e)
       local = rod%local_forces(problem, state, e, tau)

@@ -82,10 +82,10 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau
-      real(wp) :: local(3)
+      real(wp), intent(in) :: tau(:)
+      real(wp) :: local(3, size(tau))
       real(wp) :: ends(3, 2), part(3, 2), angle
-      integer :: side
+      integer :: side, i
       call self%end_forces(problem, state, e, ends(:, 1), ends(:, 2))
       do side = 1, 2
          angle = state%geometry%element(e)%end_angle(side) + state%u(3, problem%model%mesh%node(side, e))
@@ -93,7 +93,9 @@ contains
          part(2, side) = cos(angle) * ends(2, side) - sin(angle) * ends(1, side)
          part(3, side) = ends(3, side)
       end do
-      local = part(:, 1) + tau * (part(:, 2) - part(:, 1))
+      do i = 1, size(tau)
+         local(:, i) = part(:, 1) + tau(i) * (part(:, 2) - part(:, 1))
+      end do
    end function local_forces
 
    !> See rod_element.

@@ -14,15 +14,8 @@ module deck_nodes
    use node_axes, only: relative_increments
    implicit none
    private
-   public :: deck_displacements, kept_forces_t, deck_section_forces, deck_contact_gaps, deck_node_rates, place_rate, &
+   public :: deck_displacements, deck_section_forces, deck_contact_gaps, deck_node_rates, place_rate, &
       & place_defect, find_node
-
-   !> Section forces computed last; neighbouring elements of the deck share a node, or lie in one element of the mesh.
-   type :: kept_forces_t
-      private
-      integer :: inner = 0, outer = 0           !! elements with the forces `local` at tau, and `ends`; 0: none
-      real(wp) :: tau = 0.0_wp, local(3) = 0.0_wp, ends(3, 2) = 0.0_wp
-   end type kept_forces_t
 
 contains
 
@@ -65,38 +58,59 @@ contains
       end do
    end function deck_displacements
 
-   !> (N, Q, M) at both ends of an element of the deck, on the element's side of each end, as in local_forces. Contact forces act at
-   !> the present positions of their nodes.
-   subroutine deck_section_forces(problem, state, e, kept, local)
+   !> (N, Q, M) at both ends of every element of the deck, on the element's side of each end, as in local_forces; a contact force
+   !> acts at the present place of its node.
+   function deck_section_forces(problem, state) result(local)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: e                  !! element of the deck
-      type(kept_forces_t), intent(inout) :: kept !! of the same state, or as initialised
-      real(wp), intent(out) :: local(3, 2)       !! at each end
-      real(wp) :: tau
-      integer :: side, holder, j
-      j = problem%layout%rod_segment_of(e)
-      do side = 1, 2
-         call find_point(problem, state, j, problem%deck%mesh%s(side, e) + problem%layout%origin(e), holder, tau)
-         if (side == 2 .and. tau <= 0.0_wp) then
-            ! At a node of the mesh the element that ends there is used.
-            holder = problem%beside(1, problem%model%mesh%node(1, holder))
-            tau = 1.0_wp
-         end if
-         if (tau > 0.0_wp .and. tau < 1.0_wp) then
-            if (holder /= kept%inner .or. abs(tau - kept%tau) > 0.0_wp) then
-               kept%inner = holder
-               kept%tau = tau
-               kept%local = inner_local_forces(problem, state, holder, tau)
+      real(wp) :: local(3, 2, problem%deck%mesh%n_elements)
+      integer, dimension(2 * problem%deck%mesh%n_elements) :: holder
+      real(wp) :: tau(size(holder)), forces(3, size(holder)), ends(3, 2), there
+      integer :: place(2, size(local, 3)), e, side, n, i, last, element, near
+      ! The ends in the order of the deck: neighbours share a place, and many are in one element of the mesh.
+      n = 0
+      near = 0
+      do e = 1, size(place, 2)
+         do side = 1, 2
+            call find_point(problem, state, problem%layout%rod_segment_of(e), problem%deck%mesh%s(side, e) + &
+               & problem%layout%origin(e), element, there, near)
+            if (side == 2 .and. there <= 0.0_wp) then
+               ! At a mesh node the element that ends at this node is used.
+               element = problem%beside(1, problem%model%mesh%node(1, element))
+               there = 1.0_wp
             end if
-            local(:, side) = kept%local
-         else
-            if (holder /= kept%outer) call local_forces(problem, state, holder, kept%ends)
-            kept%outer = holder
-            local(:, side) = kept%ends(:, merge(1, 2, tau <= 0.0_wp))
-         end if
+            place(side, e) = n
+            if (n > 0) then
+               if (element == holder(n) .and. abs(there - tau(n)) <= 0.0_wp) cycle
+            end if
+            n = n + 1
+            place(side, e) = n
+            holder(n) = element
+            tau(n) = there
+         end do
       end do
-   end subroutine deck_section_forces
+      last = 0
+      do while (last < n)
+         i = last + 1
+         last = i
+         do while (last < n)
+            if (holder(last + 1) /= holder(i)) exit
+            last = last + 1
+         end do
+         associate (inside => tau(i:last) > 0.0_wp .and. tau(i:last) < 1.0_wp)
+            if (any(inside)) forces(:, i:last) = inner_local_forces(problem, state, holder(i), tau(i:last))
+            if (all(inside)) cycle
+         end associate
+         call local_forces(problem, state, holder(i), ends)
+         do i = i, last
+            if (tau(i) <= 0.0_wp) forces(:, i) = ends(:, 1)
+            if (tau(i) >= 1.0_wp) forces(:, i) = ends(:, 2)
+         end do
+      end do
+      do e = 1, size(place, 2)
+         local(:, :, e) = forces(:, place(:, e))
+      end do
+   end function deck_section_forces
 
    !> Gaps and deformed positions of the deck's nodes of a contact.
    pure subroutine deck_contact_gaps(problem, state, contact, gap, place)

@@ -208,6 +208,7 @@ contains
       real(wp), intent(in) :: axis(2), roll, lean
       integer, intent(in) :: first
       real(wp), intent(inout) :: k(6, 6), f(6), raw(6), fl(6)
+      real(wp) :: row(3)
       integer :: j
       call turn_force(axis, roll, lean, f(first:first + 2))
       call turn_force(axis, roll, lean, raw(first:first + 2))
@@ -216,7 +217,9 @@ contains
          call turn_force(axis, roll, lean, k(first:first + 2, j))
       end do
       do j = 1, 6
-         call turn_force(axis, roll, lean, k(j, first:first + 2))
+         row = k(j, first:first + 2)
+         call turn_force(axis, roll, lean, row)
+         k(j, first:first + 2) = row
       end do
    end subroutine turn_element
 

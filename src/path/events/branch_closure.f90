@@ -80,6 +80,7 @@ contains
       real(wp) :: before, after
       integer :: i, j
       if (.not. associated(run%home)) return
+      if (.not. any(run%home%list%label == 'BP' .and. run%home%list%multiplicity > 0)) return
       relation = relate(problem, run%last%state, trial%state, run%last%tangent, trial%tangent, run%fresh)
       do j = 1, size(run%home%list)
          associate (critical_point => run%home%list(j))

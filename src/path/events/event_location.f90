@@ -55,7 +55,8 @@ contains
          return
       end if
       call locate_by_holding(problem, run, trial, division, located_event)
-      if (.not. located_event%located) call locate_by_function(problem, step, run, trial, division, located_event)
+      if (located_event%located) return
+      call locate_by_function(problem, step, run, trial, division, located_event)
       if (.not. located_event%located) return
       if (division%smooth) then
          located_event%located = is_what_it_says(problem, step, run, trial, located_event)

@@ -156,9 +156,11 @@ contains
       type(zero_search_t), intent(inout) :: search
       type(located_event_t), intent(inout) :: located_event
       logical, intent(out) :: found
+      type(path_point_t), allocatable :: look    ! the last point
       found = .false.
       do while (next_guess(search%bracket, epsilon(1.0_wp), search%centre))
-         call evaluate_at(problem, run, trial, division, search%centre, search, located_event)
+         call evaluate_at(problem, run, trial, division, search%centre, search, located_event, look)
+         look = search%here
          located_event%point = search%here
          if (.not. search%known) return
          found = abs(search%value_here) <= step%locate_tolerance * search%bracket%scale
@@ -171,7 +173,7 @@ contains
 
    !> Computes a point of the increment and the function there; `known` is false if the corrector fails or the contact set differs
    !> from the trial's.
-   subroutine evaluate_at(problem, run, trial, division, fraction, search, located_event)
+   subroutine evaluate_at(problem, run, trial, division, fraction, search, located_event, near)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
@@ -179,8 +181,9 @@ contains
       real(wp), value :: fraction               !! 0 to 1; may alias a component of the search
       type(zero_search_t), intent(inout) :: search
       type(located_event_t), intent(inout) :: located_event !! its report is that of the point
+      type(path_point_t), intent(in), optional :: near !! a point found before, from which the correction starts
       search%value_here = 0.0_wp
-      call point_within(problem, run, trial, division, fraction, .false., .false., search%here, located_event%report)
+      call point_within(problem, run, trial, division, fraction, .false., .false., search%here, located_event%report, near)
       search%known = located_event%report%converged
       if (search%known) search%known = all(search%here%state%active .eqv. trial%state%active)
       if (.not. search%known) return

@@ -88,6 +88,7 @@ contains
          real(wp) :: arc_length
          logical :: weak
          associate (event => located_event%event, place => located_event%point%state, system => located_event%point%system)
+            if (.not. any(event%kind == [event_bifurcation, event_release, event_limit])) return
             arc_length = run%arc_length + path_length(problem, run%last%state, place)
             select case (event%kind)
             case (event_bifurcation)

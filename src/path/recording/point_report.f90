@@ -11,7 +11,7 @@ module point_report
    use span_regions, only: find_span_regions
    use span_pushes, only: point_pushes, line_pushes
    use ground_regions, only: ground_reaction, deck_ground_reaction, ground_pressure, foundation_totals
-   use deck_nodes, only: deck_displacements, kept_forces_t, deck_section_forces, deck_contact_gaps, find_node
+   use deck_nodes, only: deck_displacements, deck_section_forces, deck_contact_gaps, find_node
    use path_record, only: point_t
    use model, only: obstacles_move
    implicit none
@@ -30,8 +30,7 @@ contains
       type(point_t) :: point
       real(wp), allocatable :: shares(:), totals(:, :), pushed(:, :, :), moment(:)
       type(pose_t) :: pose
-      type(kept_forces_t) :: kept
-      integer :: c, e
+      integer :: c
       associate (step => problem%model%step(problem%step))
          point%step = problem%step
          point%label = label
@@ -92,12 +91,7 @@ contains
             ! An imperfection present at the start is part of the displacement, which is measured from the deck's coordinates.
             point%displacement(1:2, :) = point%displacement(1:2, :) + (problem%deck%mesh%x - problem%coordinates)
          end if
-         if (step%field_section_forces) then
-            allocate (point%section_forces(3, 2, problem%deck%mesh%n_elements))
-            do e = 1, problem%deck%mesh%n_elements
-               call deck_section_forces(problem, state, e, kept, point%section_forces(:, :, e))
-            end do
-         end if
+         if (step%field_section_forces) point%section_forces = deck_section_forces(problem, state)
          if (size(problem%model%contact) == 0) return
          if (step%field_reaction .or. step%field_gap) call add_contact_fields()
          if (step%field_reaction .and. problem%has_spans()) then

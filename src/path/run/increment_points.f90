@@ -67,9 +67,9 @@ contains
       end associate
    end function new_division
 
-   !> Corrects the point at a fraction of the increment. The prediction is interpolated between both ends if they have the same
-   !> contact set, otherwise a new increment is made from the first end.
-   subroutine point_within(problem, run, trial, division, fraction, from_start, keep_contact, here, report)
+   !> Corrects the point at a fraction of the increment. The predictor is a point found nearby, or interpolates between the ends if
+   !> both have the same contact set; otherwise the increment starts again from its first end.
+   subroutine point_within(problem, run, trial, division, fraction, from_start, keep_contact, here, report, near)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial      !! end of the increment
@@ -79,10 +79,15 @@ contains
       logical, intent(in) :: keep_contact          !! contact set of the start, for any signs of gaps and reactions
       type(path_point_t), intent(out) :: here      !! undefined unless report%converged
       type(increment_t), intent(out) :: report
+      type(path_point_t), intent(in), optional :: near !! a point of the increment
       division%control%increment = fraction * division%whole
       if (division%smooth .and. .not. from_start) then
-         here%state = between(problem, run%last%state, trial%state, run%last%tangent, trial%tangent, part_at(fraction, &
-            & division%slopes(1), division%slopes(2)))
+         if (present(near)) then
+            here%state = near%state
+         else
+            here%state = between(problem, run%last%state, trial%state, run%last%tangent, trial%tangent, part_at(fraction, &
+               & division%slopes(1), division%slopes(2)))
+         end if
          here%system = run%last%system
          call correct(problem, run%last%state, division%control, .false., here%state, here%system, report, again=.true.)
       else if (size(problem%mark) > 0 .and. is_stress_free(run%last%state)) then
