@@ -6,7 +6,6 @@ module model_tables
    use rod_samples, only: add_line_loads
    use gauss_tableau, only: max_stages
    use model, only: model_t, step_t, supports
-   use pole_load, only: pole_load_t
    use hdf5_file, only: hdf5_file_t, hdf5_group
    use hdf5_attributes, only: hdf5_attribute
    use hdf5_datasets, only: hdf5_write
@@ -129,13 +128,9 @@ contains
             call hdf5_write(file, group//'/moved_obstacle', at, '1', 'obstacles that move, from 1')
             call hdf5_write(file, group//'/motion', load%motion(:, at), 'length', 'how far, in x and y')
          end if
-         if (load%n_points() == 0) return
-         allocate (pole(4, 0))
-         do i = 1, load%n_points()
-            select type (point => load%point(i)%load)
-            type is (pole_load_t)
-               pole = reshape([pole, real(point%node - 1, wp), point%pole, point%magnitude], [4, size(pole, 2) + 1])
-            end select
+         allocate (pole(4, size(load%pole_load)))
+         do i = 1, size(load%pole_load)
+            pole(:, i) = [load%pole_load(i)%node - 1.0_wp, load%pole_load(i)%pole, load%pole_load(i)%magnitude]
          end do
          if (size(pole) > 0) call hdf5_write(file, group//'/pole', pole, '1, length, length, force', &
             & 'forces whose line passes through a fixed point: node (row of /mesh/coordinates, from 0), that point, the force '// &

@@ -116,7 +116,7 @@ contains
             end associate
          end do
          do i = 1, size(model%step)
-            if (allocated(model%step(i)%load%line_load)) only = only .and. size(model%step(i)%load%line_load) == 0
+            only = only .and. size(model%step(i)%load%line_load) == 0
             q = model%step(i)%load%line_force(:, 1)
             only = only .and. abs(dot_product(d, q)) <= exactly_parallel * norm2(q)
          end do
