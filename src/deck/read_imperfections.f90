@@ -32,7 +32,7 @@ contains
       type(chain_t) :: chain
       type(imperfection_t) :: shape
       logical :: ok
-      allocate (model%imperfection(0), origin(0))
+      allocate (origin(0))
       do while (deck%next_card('IMPERFECTION'))
          if (deck%word('SHAPE') == 'MODE') deck%names%has_modes = .true.
          if (deck%at%step > 0 .or. deck%word('SHAPE') == 'MODE') cycle

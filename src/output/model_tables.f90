@@ -32,21 +32,16 @@ contains
          call hdf5_write(file, '/supports/fixed', reshape(merge(1, 0, fixed(:, held)), [3, size(held)]), '1', &
             & '1 where u, v, rotation of the node are held')
       end if
-      if (allocated(model%spring)) then
-         held = where_any(model%spring > 0.0_wp)
-         if (size(held) > 0) then
-            call hdf5_write(file, '/supports/spring_node', held - 1, '1', 'nodes with springs to the ground: '//node_rows)
-            call hdf5_write(file, '/supports/spring', model%spring(:, held), 'force/length, force/length, moment/radian', &
-               & 'their stiffness for u, v, rotation')
-         end if
+      held = where_any(model%spring > 0.0_wp)
+      if (size(held) > 0) then
+         call hdf5_write(file, '/supports/spring_node', held - 1, '1', 'nodes with springs to the ground: '//node_rows)
+         call hdf5_write(file, '/supports/spring', model%spring(:, held), 'force/length, force/length, moment/radian', &
+            & 'their stiffness for u, v, rotation')
       end if
-      if (allocated(model%relative)) then
-         associate (pair => pack([(i, i=1, size(model%relative, 2))], model%relative(3, :) > 0))
-            if (size(pair) > 0) call hdf5_write(file, '/supports/relative_node', model%relative(2:, pair) - 1, '1', &
-               & 'stops, springs by a law and members between two nodes: '//node_rows)
-         end associate
-      end if
-      if (.not. allocated(model%joint_spring)) return
+      associate (pair => pack([(i, i=1, size(model%relative, 2))], model%relative(3, :) > 0))
+         if (size(pair) > 0) call hdf5_write(file, '/supports/relative_node', model%relative(2:, pair) - 1, '1', &
+            & 'stops, springs by a law and members between two nodes: '//node_rows)
+      end associate
       associate (spring => model%joint_spring)
          if (size(spring) == 0) return
          call hdf5_write(file, '/supports/joint_spring_node', reshape([(spring(i)%node - 1, i=1, size(spring))], &
@@ -84,7 +79,6 @@ contains
       call hdf5_attribute(file, group, 'name', step%name)
       call hdf5_attribute(file, group, 'stress_free_start', merge(1, 0, starts_anew(step)))
       associate (load => step%load)
-         if (.not. allocated(load%node_force)) return
          at = where_any(abs(load%node_force) > 0.0_wp)
          if (size(at) > 0) then
             call hdf5_write(file, group//'/node', at - 1, '1', 'nodes with forces: '//node_rows)
@@ -141,8 +135,7 @@ contains
    !> True for a step that starts from the stress-free structure, without the results of earlier steps.
    pure logical function starts_anew(step)
       type(step_t), intent(in) :: step
-      starts_anew = .false.
-      if (allocated(step%mode_offset)) starts_anew = size(step%mode_offset) > 0
+      starts_anew = size(step%mode_offset) > 0
    end function starts_anew
 
    !> Writes the group /sets: the nodes of each set.
@@ -152,7 +145,6 @@ contains
       integer :: i, k
       character(:), allocatable :: name
       call hdf5_group(file, '/sets')
-      if (.not. allocated(model%node_set)) return
       do i = 1, size(model%node_set)
          name = trim(model%node_set(i)%name)
          do k = 1, len(name)
