@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes card_rows.f90: the table of cards for checks and readers, its reference as Markdown and JSON, and foreign words.
+"""Writes card_table.f90: the table of cards for checks and readers, its reference as Markdown and JSON, and foreign words.
 
 usage: make_cards.py CARDS OUTPUT        (CMake calls it; CARDS is src/deck/cards.txt, whose head says how it is written)
 """
@@ -140,12 +140,15 @@ def item_call(row, siblings):
 
 def module(cards, foreign):
     """Lines of the Fortran module."""
-    yield from ("!> The cards of src/deck/cards.txt: entries of the table, and the reference. Made by .cmake/make_cards.py.", "module card_rows",
+    yield from ("!> The cards of src/deck/cards.txt: entries of the table, and the reference. Made by .cmake/make_cards.py.", "module card_table",
                 "   use card_spec", "   use text, only: word_index", "   use model, only: method_words, parameter_words", "   implicit none", "   private",
-                "   public :: add_cards, write_card, write_card_manual, write_card_json, foreign_answer", "contains", "   !> Adds the wanted cards to the table.",
-                "   pure subroutine add_cards(t)", "      type(table_t), intent(inout) :: t")
+                "   public :: all_cards, cards_of, write_card, write_card_manual, write_card_json, foreign_answer", "contains", "   !> The whole table, in the order of the manual.",
+                "   pure function all_cards() result(table)", "      type(card_spec_t), allocatable :: table(:)", "      table = cards_of('')",
+                "   end function all_cards", "   !> The part of the table with some cards only: a run needs few of them.", "   pure function cards_of(keys) result(table)",
+                "      character(*), intent(in) :: keys !! keywords in capitals without blanks, between bars, with a bar at both ends; '': all cards",
+                "      type(card_spec_t), allocatable :: table(:)", "      type(table_t) :: t", "      t%wanted = keys")
     yield from (f"      if (is_wanted(t, {quoted(card['keyword'].replace(' ', ''))})) call card_{n}(t)" for n, card in enumerate(cards))
-    yield "   end subroutine add_cards"
+    yield from ("      table = t%card(:t%n)", "   end function cards_of")
     for n, card in enumerate(cards):
         yield from (f"   pure subroutine card_{n}(t)", "      type(table_t), intent(inout) :: t")
         yield (f"      call add_card(t, {quoted(card['keyword'])}, {PARTS[card['where']]}, .{str(card['once']).lower()}., .{str(card['free_text']).lower()}., "
@@ -183,7 +186,7 @@ def module(cards, foreign):
     yield from (f"      call take({quoted(kind)}, {quoted(place)}, {quoted(words)}, {quoted(answer)})" for kind, place, words, answer in foreign)
     yield from ("   contains", "      pure subroutine take(what, of, words, why)", "         character(*), intent(in) :: what, of, words, why",
                 "         if (what == kind .and. (of == '' .or. of == place)) then", "            if (word_index(words, word) > 0) answer = why",
-                "         end if", "      end subroutine take", "   end function foreign_answer", "end module card_rows")
+                "         end if", "      end subroutine take", "   end function foreign_answer", "end module card_table")
 
 
 def main():

@@ -8,9 +8,8 @@ module card_check
    use printable_text, only: quoted
    use diagnostics, only: place_t
    use card_spec, only: card_spec_t, item_t, find_card, find_item, names_of, keywords_of, in_model, in_step, outside_step, kind_flag
-   use card_table, only: all_cards, cards_of
    use deck_cards, only: deck_t
-   use card_rows, only: foreign_answer
+   use card_table, only: all_cards, cards_of, foreign_answer
    use item_values, only: convert, value_error, choices, foreign
    implicit none
    private

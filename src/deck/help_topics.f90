@@ -5,8 +5,7 @@ module help_topics
    use printable_text, only: quoted
    use command_line, only: help_text
    use card_spec, only: card_spec_t, item_t, find_card
-   use card_table, only: all_cards
-   use card_rows, only: write_card, foreign_answer
+   use card_table, only: all_cards, write_card, foreign_answer
    use card_check, only: known_card
    implicit none
    private

@@ -6,7 +6,7 @@ module item_values
    use printable_text, only: quoted
    use card_spec, only: item_t, bound_words, kind_word, kind_name, kind_integer, kind_real, kind_label, &
       kind_label_or_set, kind_dof, kind_component, kind_distributed, positive, not_negative, not_zero, below_one, poisson
-   use card_rows, only: foreign_answer
+   use card_table, only: foreign_answer
    implicit none
    private
    public :: convert, value_error, choices, component_dof, foreign
