@@ -146,9 +146,9 @@ def module(cards, foreign):
                 "   pure function all_cards() result(table)", "      type(card_spec_t), allocatable :: table(:)", "      table = cards_of('')",
                 "   end function all_cards", "   !> The part of the table with some cards only: a run needs few of them.", "   pure function cards_of(keys) result(table)",
                 "      character(*), intent(in) :: keys !! keywords in capitals without blanks, between bars, with a bar at both ends; '': all cards",
-                "      type(card_spec_t), allocatable :: table(:)", "      type(table_t) :: t", "      t%wanted = keys")
+                "      type(card_spec_t), allocatable :: table(:)", "      type(table_t) :: t", "      call begin_table(t, keys)")
     yield from (f"      if (is_wanted(t, {quoted(card['keyword'].replace(' ', ''))})) call card_{n}(t)" for n, card in enumerate(cards))
-    yield from ("      table = t%card(:t%n)", "   end function cards_of")
+    yield from ("      call end_table(t, table)", "   end function cards_of")
     for n, card in enumerate(cards):
         yield from (f"   pure subroutine card_{n}(t)", "      type(table_t), intent(inout) :: t")
         yield (f"      call add_card(t, {quoted(card['keyword'])}, {PARTS[card['where']]}, .{str(card['once']).lower()}., .{str(card['free_text']).lower()}., "

@@ -4,11 +4,11 @@
 !> Relations between cards are checked by the readers.
 module card_check
    use kinds, only: wp
-   use text, only: to_text, plural, nearest_word, word_at, word_index, separated
+   use text, only: to_text, plural, nearest_word, word_at, word_count, word_index, separated
    use printable_text, only: quoted
    use diagnostics, only: place_t
    use card_spec, only: card_spec_t, item_t, find_card, find_item, names_of, keywords_of, in_model, in_step, outside_step, kind_flag
-   use deck_cards, only: deck_t
+   use deck_cards, only: deck_t, card_t
    use card_table, only: all_cards, cards_of, foreign_answer
    use item_values, only: convert, value_error, choices, foreign
    implicit none
@@ -16,7 +16,7 @@ module card_check
    public :: check_cards, known_card
 
    !> Keywords, between bars, of cards whose default values the readers need even if the deck does not contain these cards.
-   character(*), parameter :: always = '|CONTROLS|ACCURACY|'
+   character(*), parameter :: always = 'CONTROLS|ACCURACY'
 
    !> Data carried from card to card.
    type :: reading_t
@@ -50,6 +50,10 @@ contains
             cycle
          end if
          call check_card(deck, card, deck%spec(deck%card(card)%spec), reading)
+      end do
+      do card = 1, word_count(always)
+         deck%card = [deck%card(:deck%n_cards + card - 1), card_t(keyword=word_at(always, card), &
+            & spec=find_card(deck%spec, word_at(always, card)))]
       end do
       if (reading%open) call deck%complain(reading%open_card, deck%card(reading%open_card)%place, 'its *END STEP is missing')
    end subroutine check_cards
@@ -275,7 +279,7 @@ contains
       class(deck_t), intent(in) :: deck
       character(:), allocatable :: keys
       integer :: card
-      keys = always
+      keys = '|'//always//'|'
       do card = 1, deck%n_cards
          if (index(keys, '|'//deck%card(card)%keyword//'|') == 0) keys = keys//deck%card(card)%keyword//'|'
       end do

@@ -4,7 +4,7 @@ module card_spec
    implicit none
    private
    public :: card_spec_t, layout_t, item_t, find_card, find_item, names_of, keywords_of
-   public :: table_t, is_wanted, add_card, add_layout, add_item
+   public :: table_t, begin_table, end_table, is_wanted, add_card, add_layout, add_item
    public :: kind_flag, kind_word, kind_name, kind_integer, kind_real, kind_label, kind_label_or_set, kind_dof
    public :: kind_component, kind_path, kind_value, kind_distributed, kind_formula
    public :: in_model, in_step, anywhere, outside_step
@@ -86,7 +86,7 @@ module card_spec
    !> The table while it is being made: it receives only the cards that are wanted, for a run needs few of them.
    type :: table_t
       integer :: n = 0
-      type(card_spec_t) :: card(most_cards)   !! the first n are in use
+      type(card_spec_t), allocatable :: card(:) !! the first n are in use
       integer :: layout = 0                   !! layout of the last card to which fields are added; 0: parameters are added
       integer :: item = 0                     !! number of items added there
       character(:), allocatable :: wanted     !! keys of the wanted cards between bars, with a bar at both ends; '': all cards
@@ -139,6 +139,25 @@ contains
          string = string//'|*'//table(i)%keyword
       end do
    end function keywords_of
+
+   !> Begins a table.
+   pure subroutine begin_table(table, wanted)
+      type(table_t), intent(out) :: table
+      character(*), intent(in) :: wanted !! as in table_t
+      integer :: room, i
+      table%wanted = wanted
+      room = most_cards
+      if (wanted /= '') room = count([(wanted(i:i) == '|', i=1, len(wanted))]) - 1
+      allocate (table%card(room))
+   end subroutine begin_table
+
+   !> Returns the cards of a table.
+   pure subroutine end_table(table, cards)
+      type(table_t), intent(inout) :: table !! is empty afterwards
+      type(card_spec_t), allocatable, intent(out) :: cards(:)
+      if (table%n == size(table%card)) call move_alloc(table%card, cards)
+      if (.not. allocated(cards)) cards = table%card(:table%n)
+   end subroutine end_table
 
    !> True if a table is to receive a card.
    pure logical function is_wanted(table, key)
