@@ -10,7 +10,7 @@ module card_check
    use card_spec, only: card_spec_t, item_t, find_card, find_item, names_of, keywords_of, in_model, in_step, outside_step, kind_flag
    use deck_cards, only: deck_t, card_t
    use card_table, only: all_cards, cards_of, foreign_answer
-   use item_values, only: convert, value_error, choices, foreign
+   use item_values, only: convert, value_error, choices
    implicit none
    private
    public :: check_cards, known_card
@@ -254,9 +254,8 @@ contains
             if (last_repeats) i = min(f, size(item))
             place = deck%field_place(line, f)
             if (i > size(item)) then
-               wrong = 'a field too many; the line reads: '//separated(names_of(item), ', ')
-               if (foreign_answer('field', spec%keyword, to_text(f)) /= '') &
-                  wrong = wrong//'; '//foreign_answer('field', spec%keyword, to_text(f))
+               wrong = 'a field too many; the line reads: '//separated(names_of(item), ', ')// &
+                  foreign_answer('field', spec%keyword, to_text(f))
             else if (.not. deck%field_given(line, f)) then
                if (.not. item(i)%required) cycle
                wrong = item(i)%name//' is missing; the line reads: '//separated(names_of(item), ', ')
@@ -291,10 +290,7 @@ contains
       character(*), intent(in) :: keyword !! as typed, without the star
       character(:), allocatable :: string
       string = foreign_answer('card', '', keyword)
-      if (string /= '') then
-         string = foreign//string
-         return
-      end if
+      if (string /= '') return
       string = nearest_word(keywords_of(table), '*'//keyword)
       if (string /= '') then
          string = '; did you mean '//string//'?'
@@ -308,13 +304,8 @@ contains
       character(*), intent(in) :: name
       character(:), allocatable :: string
       string = foreign_answer('parameter', spec%keyword, name)
-      if (string /= '') then
-         string = foreign//string
-      else if (size(spec%parameter) == 0) then
-         string = '; the card has none'
-      else
-         string = '; '//choices(names_of(spec%parameter), name)
-      end if
+      if (string == '' .and. size(spec%parameter) == 0) string = '; the card has none'
+      if (string == '') string = '; '//choices(names_of(spec%parameter), name)
       string = 'unknown parameter '//quoted(name)//string
    end function unknown_parameter
 end module card_check

@@ -56,7 +56,6 @@ module card_spec
       character(:), allocatable :: default !! '': none
       integer :: times_field = 0           !! field whose value is multiplied by the default (0: the default itself is the value)
       character(:), allocatable :: words   !! accepted words between bars
-      character(:), allocatable :: former  !! words of earlier versions, between bars, each followed by a blank and the present word
       character(:), allocatable :: only    !! condition under which the item is allowed, such as 'TYPE=CIRCLE'; '': always
       integer :: bound = any_value
       integer :: most = usual_most         !! largest magnitude of an integer
@@ -207,12 +206,12 @@ contains
    end subroutine add_layout
 
    !> Adds a parameter to the last card, or a field to its last layout.
-   pure subroutine add_item(table, name, kind, required, default, words, former, only, bound, most, times_field, meaning)
+   pure subroutine add_item(table, name, kind, required, default, words, only, bound, most, times_field, meaning)
       type(table_t), intent(inout) :: table
       character(*), intent(in) :: name               !! this and the following arguments: components of item_t
       integer, intent(in) :: kind
       logical, intent(in) :: required
-      character(*), intent(in) :: default, words, former, only
+      character(*), intent(in) :: default, words, only
       integer, intent(in) :: bound, most, times_field
       character(*), intent(in) :: meaning
       table%item = table%item + 1
@@ -231,7 +230,6 @@ contains
          item%required = required
          item%default = default
          item%words = words
-         item%former = former
          item%only = only
          item%bound = bound
          item%most = most
