@@ -9,6 +9,7 @@ module model_tables
    use hdf5_file, only: hdf5_file_t, hdf5_group
    use hdf5_attributes, only: hdf5_attribute
    use hdf5_datasets, only: hdf5_write
+   use result_tables, only: link_name
    implicit none
    private
    public :: write_supports, write_loads, write_sets
@@ -142,16 +143,12 @@ contains
    subroutine write_sets(file, model)
       type(hdf5_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
-      integer :: i, k
-      character(:), allocatable :: name
+      integer :: i
       call hdf5_group(file, '/sets')
       do i = 1, size(model%node_set)
-         name = trim(model%node_set(i)%name)
-         do k = 1, len(name)
-            if (name(k:k) == '/') name(k:k) = '_'
-         end do
-         if (size(model%node_set(i)%node) == 0 .or. name == '.') cycle
-         call hdf5_write(file, '/sets/'//name, model%node_set(i)%node - 1, '1', 'nodes of the set: '//node_rows)
+         if (size(model%node_set(i)%node) == 0) cycle
+         call hdf5_write(file, '/sets/'//link_name(model%node_set(i)%name), model%node_set(i)%node - 1, '1', &
+            & 'nodes of the set: '//node_rows)
       end do
    end subroutine write_sets
 
