@@ -101,15 +101,8 @@ class Writer:
             declared = component.split("::")[0]
             if "pointer" in declared:
                 continue
-            for kind, inner in re.findall(r"(type|class)\((\w+)\)", declared):
+            for inner in re.findall(r"type\((\w+)\)", declared):
                 self.visit(inner, key[0])
-                if kind == "class":
-                    for extension in self.extensions(inner):
-                        self.visit(*extension)
-
-    def extensions(self, parent):
-        return [(name, module) for module, content in sorted(self.modules.items()) for name, definition in content["types"].items()
-                if definition["parent"] == parent]
 
     def procedure(self, key):
         module, name = key
@@ -138,8 +131,6 @@ class Writer:
             out.append("      integer :: " + ", ".join(f"i{k}" for k in range(1, depth + 1)))
         if any("present_here" in line for line in body):
             out.append("      logical :: present_here")
-        if any("which" in line for line in body):
-            out.append("      integer :: which")
         if shared:
             out += ["      integer :: mark", "      call archive_begin_shared(a, mark)"]
         out += body
@@ -153,19 +144,6 @@ class Writer:
         rank = len(split(shape)) if shape else 0
         if kind == "character(:)":
             return [f"      call archive_text(a, {name})"]
-        if kind.startswith("class("):
-            parent = kind[6:-1]
-            names = [self.local(*extension) for extension in self.extensions(parent)]
-            out = ["      which = 0", f"      if (allocated({name}) .and. .not. a%loading) then", f"         select type (item => {name})"]
-            for number, each in enumerate(names, start=1):
-                out += [f"         type is ({each})", f"            which = {number}"]
-            out += ["         end select", "      end if", "      call archive_number(a, which)", "      if (a%loading) then",
-                    f"         if (allocated({name})) deallocate ({name})"]
-            out += [f"         if (which == {number}) allocate ({each} :: {name})" for number, each in enumerate(names, start=1)]
-            out += ["      end if", "      if (which > 0) then", f"         select type (item => {name})"]
-            for each in names:
-                out += [f"         type is ({each})", f"            call exchange_{each}(a, item)"]
-            return [*out, "         end select", "      end if"]
         text_length = kind[10:-1] if kind.startswith("character(") else None
         simple = SIMPLE.get(kind) or ("text" if text_length and not rank else None)
         if not simple and not kind.startswith("type("):
@@ -225,7 +203,7 @@ class Writer:
         return "\n".join([
             "!> Made by .cmake/make_archive.py from the definitions of the types; not to be edited.", "module run_archive",
             "   use archive, only: archive_t, archive_one, archive_integers, archive_reals, archive_logicals, &",
-            "      & archive_text, archive_flag, archive_number, archive_bounds, archive_begin_shared, archive_end_shared", *uses,
+            "      & archive_text, archive_flag, archive_bounds, archive_begin_shared, archive_end_shared", *uses,
             "   implicit none", "   private", "   public :: archive_layout, " + ", &\n      & ".join(roots), "",
             "   !> Another one where any type or the form of the archive is another one.", f"   character(*), parameter :: archive_layout = '{layout}'", "", "contains", "", *procedures, "end module run_archive", ""])
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes card_rows.f90: the table of cards for checks and readers, its reference as Markdown and JSON, and foreign words.
+"""Writes card_table.f90: the table of cards for checks and readers, its reference as Markdown and JSON, and foreign words.
 
 usage: make_cards.py CARDS OUTPUT        (CMake calls it; CARDS is src/deck/cards.txt, whose head says how it is written)
 """
@@ -14,6 +14,7 @@ KINDS = {"flag": "kind_flag", "word": "kind_word", "name": "kind_name", "integer
          "label or set": "kind_label_or_set", "1, 2 or 6": "kind_component", "degrees of freedom": "kind_dof", "path": "kind_path",
          "name = value": "kind_value", "real or name": "kind_distributed", "formula": "kind_formula"}
 BOUNDS = {"": "any_value", "> 0": "positive", ">= 0": "not_negative", "not 0": "not_zero", "> 0, < 1": "below_one", "> -1, <= 0.5": "poisson"}
+ORIGINS = {"foreign": "; a word of Abaqus and CalculiX; ", "former": "; a word of earlier versions; "}
 
 
 def attributes(text, known, where):
@@ -40,11 +41,11 @@ def item(line, constants, where):
     has_words = kind in ("word", "degrees of freedom")
     if not has_words and values not in BOUNDS:
         sys.exit(f"{where}: {values!r} is no bound")
-    given = attributes(rest, ("default", "times", "optional", "with", "at most", "former"), where)
+    given = attributes(rest, ("default", "times", "optional", "with", "at most"), where)
     row = {"kind": kind, "required": kind != "flag" and "optional" not in given and "default" not in given, "default": given.get("default", ""),
            "only": given.get("with", ""), "bound": "" if has_words else values, "unit": unit[1] if unit else "", "meaning": meaning,
            "words": constants.get(values, values).split("|") if has_words else [], "constant": values[1:] if values[0:1] == "@" else "",
-           "most": given.get("at most", ""), "former": given.get("former", ""), "times": given.get("times", "")}
+           "most": given.get("at most", ""), "times": given.get("times", "")}
     return [{"name": name} | row for name in (names.split(", ") if ", " in names and kind == "real" else [names])]
 
 
@@ -65,9 +66,10 @@ def read(path, constants):
             target, group, meaning_next = cards[-1]["parameters"], None, True
         elif meaning_next:
             cards[-1]["meaning"], meaning_next = line, False
-        elif line.startswith("foreign "):
-            place, words, answer = line[8:].split(" | ")
-            foreign.append((*(place.split(" of ") if " of " in place else (place, "")), words, answer))
+        elif (origin := line.split(" ")[0]) in ORIGINS:
+            place, words, answer = line.removeprefix(origin + " ").split(" | ")
+            kind, _, owner = place.partition(" of ")
+            foreign.append((kind, owner, words, ("; " if kind == "field" else ORIGINS[origin]) + answer))
         elif line.startswith("rows "):
             group = target = groups.setdefault(line[5:], [])
         else:
@@ -135,17 +137,20 @@ def item_call(row, siblings):
     words = row["constant"] or quoted("|".join(row["words"]))
     times = 1 + [other["name"] for other in siblings].index(row["times"]) if row["times"] else 0
     return (f"      call add_item(t, {quoted(row['name'])}, {KINDS[row['kind']]}, .{str(row['required']).lower()}., {quoted(row['default'])}, {words}, "
-            f"{quoted(row['former'])}, {quoted(row['only'])}, {BOUNDS[row['bound']]}, {row['most'] or 'usual_most'}, {times}, {quoted(row['meaning'])})")
+            f"{quoted(row['only'])}, {BOUNDS[row['bound']]}, {row['most'] or 'usual_most'}, {times}, {quoted(row['meaning'])})")
 
 
 def module(cards, foreign):
     """Lines of the Fortran module."""
-    yield from ("!> The cards of src/deck/cards.txt: entries of the table, and the reference. Made by .cmake/make_cards.py.", "module card_rows",
+    yield from ("!> The cards of src/deck/cards.txt: entries of the table, and the reference. Made by .cmake/make_cards.py.", "module card_table",
                 "   use card_spec", "   use text, only: word_index", "   use model, only: method_words, parameter_words", "   implicit none", "   private",
-                "   public :: add_cards, write_card, write_card_manual, write_card_json, foreign_answer", "contains", "   !> Adds the wanted cards to the table.",
-                "   pure subroutine add_cards(t)", "      type(table_t), intent(inout) :: t")
+                "   public :: all_cards, cards_of, write_card, write_card_manual, write_card_json, foreign_answer", "contains", "   !> The whole table, in the order of the manual.",
+                "   pure function all_cards() result(table)", "      type(card_spec_t), allocatable :: table(:)", "      table = cards_of('')",
+                "   end function all_cards", "   !> The part of the table with some cards only: a run needs few of them.", "   pure function cards_of(keys) result(table)",
+                "      character(*), intent(in) :: keys !! keywords in capitals without blanks, between bars, with a bar at both ends; '': all cards",
+                "      type(card_spec_t), allocatable :: table(:)", "      type(table_t) :: t", "      call begin_table(t, keys)")
     yield from (f"      if (is_wanted(t, {quoted(card['keyword'].replace(' ', ''))})) call card_{n}(t)" for n, card in enumerate(cards))
-    yield "   end subroutine add_cards"
+    yield from ("      call end_table(t, table)", "   end function cards_of")
     for n, card in enumerate(cards):
         yield from (f"   pure subroutine card_{n}(t)", "      type(table_t), intent(inout) :: t")
         yield (f"      call add_card(t, {quoted(card['keyword'])}, {PARTS[card['where']]}, .{str(card['once']).lower()}., .{str(card['free_text']).lower()}., "
@@ -170,20 +175,20 @@ def module(cards, foreign):
     yield from ("   end subroutine write_card_manual", "   !> Writes the table as one JSON object, for programs that write decks.",
                 "   subroutine write_card_json(unit, version)", "      integer, intent(in) :: unit", "      character(*), intent(in) :: version !! of the program")
     yield from ("      write (unit, '(a)') '{\"version\": \"'//version//'\", \"cards\": ['",)
-    inner = ("constant", "most", "former", "times")
+    inner = ("constant", "most", "times")
     for card in cards:
         shown = dict(card, parameters=[{key: row[key] for key in row if key not in inner} for row in card["parameters"]],
                      lines=[dict(layout, fields=[{key: row[key] for key in row if key not in inner} for row in layout["fields"]]) for layout in card["lines"]])
         yield from printed([json.dumps(shown, ensure_ascii=False) + ("" if card is cards[-1] else ",")])
     yield from ("      write (unit, '(a)') ']}'", "   end subroutine write_card_json",
-                "   !> What to use here instead of a word of Abaqus and CalculiX; '' if the word is unknown.",
+                "   !> Where a word comes from that decks do not have, and what to use instead, as the end of a message; '' if it is unknown.",
                 "   pure function foreign_answer(kind, place, word) result(answer)", "      character(*), intent(in) :: kind  !! 'card', 'parameter', 'value' or 'field'",
                 "      character(*), intent(in) :: place !! keyword of the card of a parameter or field, name of the item of a value",
                 "      character(*), intent(in) :: word  !! case and blanks do not matter; number of a field", "      character(:), allocatable :: answer", "      answer = ''")
     yield from (f"      call take({quoted(kind)}, {quoted(place)}, {quoted(words)}, {quoted(answer)})" for kind, place, words, answer in foreign)
     yield from ("   contains", "      pure subroutine take(what, of, words, why)", "         character(*), intent(in) :: what, of, words, why",
                 "         if (what == kind .and. (of == '' .or. of == place)) then", "            if (word_index(words, word) > 0) answer = why",
-                "         end if", "      end subroutine take", "   end function foreign_answer", "end module card_rows")
+                "         end if", "      end subroutine take", "   end function foreign_answer", "end module card_table")
 
 
 def main():

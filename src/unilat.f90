@@ -16,7 +16,7 @@ program unilat
    use deck_assembly, only: assemble_deck
    use deck_to_model, only: read_deck
    use diagnostics, only: diagnostics_t, diagnostics_report, place_t
-   use card_rows, only: write_card_manual, write_card_json
+   use card_table, only: write_card_manual, write_card_json
    use deck_templates, only: template_names, is_template, write_template
    use help_topics, only: write_card_help, write_help
    use terminal, only: is_terminal, has_colours, painted, standard_input, standard_output, standard_error, red

@@ -3,7 +3,7 @@
 !> Unless a test changes it: EA = 100, EI = 1, shear-rigid, no support, no load, no obstacle, one step.
 module model_fixture
    use kinds, only: wp
-   use model, only: model_t, curve_t, imperfection_t, family_ge, family_ul2, shape_sine, new_load
+   use model, only: model_t, curve_t, imperfection_t, family_ge, family_ul2, shape_sine, new_load, empty_lists
    use obstacle_types, only: obstacle_circle
    use problem, only: problem_t
    use rod_layout, only: layout_t
@@ -74,10 +74,10 @@ contains
          mesh%curve = [(1, i=1, n)]
          mesh%placed = [(.false., i=1, n)]
       end associate
-      allocate (model%fixed(3, model%mesh%n_nodes), source=.false.)
-      allocate (model%curve(1), model%imperfection(0), model%section(1), model%node_set(0), model%obstacle(0))
-      allocate (model%contact(0), model%monitor(0), model%step(1))
-      model%curve(1) = curve
+      call empty_lists(model)
+      deallocate (model%section)
+      allocate (model%section(1), model%node_set(0), model%step(1))
+      model%curve = [curve]
       model%section(1)%ea = 100.0_wp
       model%section(1)%ei = 1.0_wp
       model%step(1)%load = new_load(model%mesh%n_nodes, n, 0)

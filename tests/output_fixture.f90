@@ -4,7 +4,7 @@ module output_fixture
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp, i8, pi
    use model, only: model_t, limit_curve_t, family_ge, family_ul2, method_load, quantity_reaction, parameter_modulus, new_load, &
-      & parameter_constant_load
+      & empty_lists, parameter_constant_load
    use obstacle_types, only: obstacle_circle
    use run_accuracy, only: accuracy_t, worst_t, place_t, check_residual, check_penetration, check_tension, check_complementarity, &
       & check_foundation, check_mesh, check_rounding, check_force_balance, check_moment_balance, check_node_balance
@@ -36,8 +36,12 @@ contains
       model%mesh%curve = [0, 0]
       model%mesh%placed = [.false., .false.]
       allocate (model%mesh%s(2, 2), source=0.0_wp)
+      call empty_lists(model)
+      model%length_unit = ''
+      model%force_unit = ''
       model%fixed = reshape([.true., .true., .true., .false., .false., .false., .false., .true., .false.], [3, 3])
-      allocate (model%section(1), model%monitor(2), model%step(2))
+      deallocate (model%section, model%monitor, model%obstacle, model%contact)
+      allocate (model%section(1), model%monitor(2), model%step(2), model%node_set(0))
       model%section(1)%name = 'rod'
       model%section(1)%ea = 1.0e4_wp
       model%section(1)%ei = 1.0_wp

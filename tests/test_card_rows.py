@@ -21,6 +21,7 @@ What it does.
       label | label or set | | where
 
 foreign parameter of THING | SHAPE|FORM | here KIND
+former value of KIND | OVAL | write ROUND
 """
 
 
@@ -42,8 +43,9 @@ def test_rows_become_calls(tmp_path):
         ("add_card", "THING"), ("add_item", "KIND"), ("add_layout", "KIND=ROUND"), ("add_item", "x"), ("add_item", "y"), ("add_item", "size"),
         ("add_layout", ""), ("add_item", "label")]
     assert "'THING', in_step, .true., .false., 'OTHER', 1, 2)" in module
-    assert "'size', kind_real, .false., '2', '', '', '', positive, usual_most, 1, 'its size')" in module
-    assert "call take('parameter', 'THING', 'SHAPE|FORM', 'here KIND')" in module
+    assert "'size', kind_real, .false., '2', '', '', positive, usual_most, 1, 'its size')" in module
+    assert "call take('parameter', 'THING', 'SHAPE|FORM', '; a word of Abaqus and CalculiX; here KIND')" in module
+    assert "call take('value', 'KIND', 'OVAL', '; a word of earlier versions; write ROUND')" in module
     assert "'| size | real > 0 | length | 2 times the size of x | its size |'" in module
 
 

@@ -10,7 +10,7 @@ module archive
    private
    public :: archive_t, archive_of, archive_one, archive_integers, archive_reals, archive_logicals
    public :: leave_out_zeros, with_zeros
-   public :: archive_text, archive_flag, archive_number, archive_bounds, archive_begin_shared, archive_end_shared, archive_reset
+   public :: archive_text, archive_flag, archive_bounds, archive_begin_shared, archive_end_shared, archive_reset
 
    integer, parameter :: word_bits = storage_size(1) !! of an integer
    integer, parameter :: real_words = storage_size(1.0_wp) / word_bits, logical_words = storage_size(.true.) / word_bits
@@ -227,14 +227,6 @@ contains
       call one_logical(a, x)
       if (a%damaged) x = .false.
    end subroutine archive_flag
-
-   !> Stores or loads a choice among several; 0: none, also if the archive is damaged.
-   subroutine archive_number(a, x)
-      type(archive_t), intent(inout) :: a
-      integer, intent(inout) :: x
-      call one_integer(a, x)
-      if (a%damaged) x = 0
-   end subroutine archive_number
 
    !> Stores or loads the bounds of an array; those of an empty array if the archive is damaged.
    subroutine archive_bounds(a, rank, bounds)

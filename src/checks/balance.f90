@@ -84,13 +84,13 @@ contains
             if (push(i)%node == node) force = force + push(i)%force
          end do
          total = total + [force(1:2), force(3) + x(1) * force(2) - x(2) * force(1)]
-         left(:, node) = left(:, node) - force + problem%spring(:, node) * state%u(:, node)
+         left(:, node) = left(:, node) - force + problem%model%spring(:, node) * state%u(:, node)
          where (.not. problem%model%fixed(:, node))
             support(:, node) = 0.0_wp
          elsewhere
             support(:, node) = support(:, node) - force
          end where
-         force = support(:, node) - problem%spring(:, node) * state%u(:, node)
+         force = support(:, node) - problem%model%spring(:, node) * state%u(:, node)
          scale = max(scale, maxval(abs(force(1:2))))
          total = total + [force(1:2), force(3) + x(1) * force(2) - x(2) * force(1)]
       end do nodes

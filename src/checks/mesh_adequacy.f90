@@ -138,7 +138,7 @@ contains
       type(state_t), intent(in) :: state
       real(wp) :: local(3, 2), gap, normal(2), bend
       integer :: e, c
-      energy = sum(problem%spring * state%u**2)
+      energy = sum(problem%model%spring * state%u**2)
       do c = 1, problem%candidates%n
          call candidate_gap(problem, state, c, gap, normal, bend)
          energy = energy + abs(state%reaction(c) * gap)

@@ -13,7 +13,7 @@ module line_pressure
    use golden_section, only: golden_section_t
    implicit none
    private
-   public :: pressure_t, sample_line, density_at, least_pressure, virtual_pressure
+   public :: pressure_t, sample_line, least_pressure, virtual_pressure
 
    integer, parameter :: sections = 24          !! number of golden sections of the interval between the neighbours of a least
    !! sample: they reduce the interval to 1e-5 of its length

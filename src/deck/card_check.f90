@@ -4,20 +4,19 @@
 !> Relations between cards are checked by the readers.
 module card_check
    use kinds, only: wp
-   use text, only: to_text, plural, nearest_word, word_at, word_index, separated
+   use text, only: to_text, plural, nearest_word, word_at, word_count, word_index, separated
    use printable_text, only: quoted
    use diagnostics, only: place_t
    use card_spec, only: card_spec_t, item_t, find_card, find_item, names_of, keywords_of, in_model, in_step, outside_step, kind_flag
-   use card_table, only: all_cards, cards_of
-   use deck_cards, only: deck_t
-   use card_rows, only: foreign_answer
-   use item_values, only: convert, value_error, choices, foreign
+   use deck_cards, only: deck_t, card_t
+   use card_table, only: all_cards, cards_of, foreign_answer
+   use item_values, only: convert, value_error, choices
    implicit none
    private
    public :: check_cards, known_card
 
    !> Keywords, between bars, of cards whose default values the readers need even if the deck does not contain these cards.
-   character(*), parameter :: always = '|CONTROLS|ACCURACY|'
+   character(*), parameter :: always = 'CONTROLS|ACCURACY'
 
    !> Data carried from card to card.
    type :: reading_t
@@ -51,6 +50,10 @@ contains
             cycle
          end if
          call check_card(deck, card, deck%spec(deck%card(card)%spec), reading)
+      end do
+      do card = 1, word_count(always)
+         deck%card = [deck%card(:deck%n_cards + card - 1), card_t(keyword=word_at(always, card), &
+            & spec=find_card(deck%spec, word_at(always, card)))]
       end do
       if (reading%open) call deck%complain(reading%open_card, deck%card(reading%open_card)%place, 'its *END STEP is missing')
    end subroutine check_cards
@@ -251,9 +254,8 @@ contains
             if (last_repeats) i = min(f, size(item))
             place = deck%field_place(line, f)
             if (i > size(item)) then
-               wrong = 'a field too many; the line reads: '//separated(names_of(item), ', ')
-               if (foreign_answer('field', spec%keyword, to_text(f)) /= '') &
-                  wrong = wrong//'; '//foreign_answer('field', spec%keyword, to_text(f))
+               wrong = 'a field too many; the line reads: '//separated(names_of(item), ', ')// &
+                  foreign_answer('field', spec%keyword, to_text(f))
             else if (.not. deck%field_given(line, f)) then
                if (.not. item(i)%required) cycle
                wrong = item(i)%name//' is missing; the line reads: '//separated(names_of(item), ', ')
@@ -276,7 +278,7 @@ contains
       class(deck_t), intent(in) :: deck
       character(:), allocatable :: keys
       integer :: card
-      keys = always
+      keys = '|'//always//'|'
       do card = 1, deck%n_cards
          if (index(keys, '|'//deck%card(card)%keyword//'|') == 0) keys = keys//deck%card(card)%keyword//'|'
       end do
@@ -288,10 +290,7 @@ contains
       character(*), intent(in) :: keyword !! as typed, without the star
       character(:), allocatable :: string
       string = foreign_answer('card', '', keyword)
-      if (string /= '') then
-         string = foreign//string
-         return
-      end if
+      if (string /= '') return
       string = nearest_word(keywords_of(table), '*'//keyword)
       if (string /= '') then
          string = '; did you mean '//string//'?'
@@ -305,13 +304,8 @@ contains
       character(*), intent(in) :: name
       character(:), allocatable :: string
       string = foreign_answer('parameter', spec%keyword, name)
-      if (string /= '') then
-         string = foreign//string
-      else if (size(spec%parameter) == 0) then
-         string = '; the card has none'
-      else
-         string = '; '//choices(names_of(spec%parameter), name)
-      end if
+      if (string == '' .and. size(spec%parameter) == 0) string = '; the card has none'
+      if (string == '') string = '; '//choices(names_of(spec%parameter), name)
       string = 'unknown parameter '//quoted(name)//string
    end function unknown_parameter
 end module card_check

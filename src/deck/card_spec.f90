@@ -4,7 +4,7 @@ module card_spec
    implicit none
    private
    public :: card_spec_t, layout_t, item_t, find_card, find_item, names_of, keywords_of
-   public :: table_t, is_wanted, add_card, add_layout, add_item
+   public :: table_t, begin_table, end_table, is_wanted, add_card, add_layout, add_item
    public :: kind_flag, kind_word, kind_name, kind_integer, kind_real, kind_label, kind_label_or_set, kind_dof
    public :: kind_component, kind_path, kind_value, kind_distributed, kind_formula
    public :: in_model, in_step, anywhere, outside_step
@@ -56,7 +56,6 @@ module card_spec
       character(:), allocatable :: default !! '': none
       integer :: times_field = 0           !! field whose value is multiplied by the default (0: the default itself is the value)
       character(:), allocatable :: words   !! accepted words between bars
-      character(:), allocatable :: former  !! words of earlier versions, between bars, each followed by a blank and the present word
       character(:), allocatable :: only    !! condition under which the item is allowed, such as 'TYPE=CIRCLE'; '': always
       integer :: bound = any_value
       integer :: most = usual_most         !! largest magnitude of an integer
@@ -86,7 +85,7 @@ module card_spec
    !> The table while it is being made: it receives only the cards that are wanted, for a run needs few of them.
    type :: table_t
       integer :: n = 0
-      type(card_spec_t) :: card(most_cards)   !! the first n are in use
+      type(card_spec_t), allocatable :: card(:) !! the first n are in use
       integer :: layout = 0                   !! layout of the last card to which fields are added; 0: parameters are added
       integer :: item = 0                     !! number of items added there
       character(:), allocatable :: wanted     !! keys of the wanted cards between bars, with a bar at both ends; '': all cards
@@ -140,6 +139,25 @@ contains
       end do
    end function keywords_of
 
+   !> Begins a table.
+   pure subroutine begin_table(table, wanted)
+      type(table_t), intent(out) :: table
+      character(*), intent(in) :: wanted !! as in table_t
+      integer :: room, i
+      table%wanted = wanted
+      room = most_cards
+      if (wanted /= '') room = count([(wanted(i:i) == '|', i=1, len(wanted))]) - 1
+      allocate (table%card(room))
+   end subroutine begin_table
+
+   !> Returns the cards of a table.
+   pure subroutine end_table(table, cards)
+      type(table_t), intent(inout) :: table !! is empty afterwards
+      type(card_spec_t), allocatable, intent(out) :: cards(:)
+      if (table%n == size(table%card)) call move_alloc(table%card, cards)
+      if (.not. allocated(cards)) cards = table%card(:table%n)
+   end subroutine end_table
+
    !> True if a table is to receive a card.
    pure logical function is_wanted(table, key)
       type(table_t), intent(in) :: table
@@ -188,12 +206,12 @@ contains
    end subroutine add_layout
 
    !> Adds a parameter to the last card, or a field to its last layout.
-   pure subroutine add_item(table, name, kind, required, default, words, former, only, bound, most, times_field, meaning)
+   pure subroutine add_item(table, name, kind, required, default, words, only, bound, most, times_field, meaning)
       type(table_t), intent(inout) :: table
       character(*), intent(in) :: name               !! this and the following arguments: components of item_t
       integer, intent(in) :: kind
       logical, intent(in) :: required
-      character(*), intent(in) :: default, words, former, only
+      character(*), intent(in) :: default, words, only
       integer, intent(in) :: bound, most, times_field
       character(*), intent(in) :: meaning
       table%item = table%item + 1
@@ -212,7 +230,6 @@ contains
          item%required = required
          item%default = default
          item%words = words
-         item%former = former
          item%only = only
          item%bound = bound
          item%most = most

@@ -29,9 +29,9 @@ module card_values
    type, extends(deck_t) :: card_values_t
       type(position_t) :: at !! the card and the line to which the procedures below refer
    contains
-      procedure :: next_card, next_line, rewind, at_card, at_line, last_card
+      procedure :: next_card, next_line, rewind, at_card, at_line, last_card, left_out
       procedure :: field_name, lines_sound
-      procedure :: given, count => count_of, text => text_of, word, integer => integer_of, real => real_of, default
+      procedure :: given, count => count_of, text => text_of, word, integer => integer_of, real => real_of
       procedure :: wrong, wrong_card, wrong_line, wrong_at_line
    end type card_values_t
 
@@ -124,6 +124,16 @@ contains
       card = 0
    end function last_card
 
+   !> Position at a card without parameters, in place of one that the deck may leave out: all values are their defaults.
+   pure type(position_t) function left_out(self, keyword) result(at)
+      class(card_values_t), intent(in) :: self
+      character(*), intent(in) :: keyword    !! of the card; card_check lists these cards
+      integer :: card
+      do card = self%n_cards + 1, size(self%card)
+         if (self%card(card)%keyword == keyword) at = self%at_card(card)
+      end do
+   end function left_out
+
    !> Name of a field of the data lines.
    pure function field_name(self, column) result(name)
       class(card_values_t), intent(in) :: self
@@ -201,16 +211,6 @@ contains
       found = find(self, name, nth)
       value = found%number
    end function real_of
-
-   !> Default of a parameter of a card that the deck need not have.
-   real(wp) function default(self, keyword, name)
-      class(card_values_t), intent(in) :: self
-      character(*), intent(in) :: keyword    !! of the card in the table; card_check lists these cards
-      character(*), intent(in) :: name       !! of the parameter
-      associate (spec => self%spec(find_card(self%spec, keyword)))
-         default = default_of(spec%parameter(find_item(spec%parameter, name)))
-      end associate
-   end function default
 
    !> Converted default of an item; 0 if there is none.
    pure real(wp) function default_of(item) result(value)

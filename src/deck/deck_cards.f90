@@ -10,7 +10,7 @@ module deck_cards
    use card_spec, only: card_spec_t
    implicit none
    private
-   public :: deck_t, split_deck, line_end
+   public :: deck_t, card_t, split_deck, line_end
 
    !> A parameter of a card as the deck gives it.
    type :: parameter_t
@@ -45,7 +45,8 @@ module deck_cards
    type :: deck_t
       type(deck_source_t) :: source
       integer :: n_cards = 0, n_parameters = 0, n_lines = 0, n_fields = 0
-      type(card_t), allocatable :: card(:)      !! this and the following arrays: the first n_... are in use
+      type(card_t), allocatable :: card(:)      !! this and the following arrays: the first n_... are in use; behind them, cards
+      !! without parameters in place of those that a deck may leave out (card_check)
       type(parameter_t), allocatable :: parameter(:)
       type(data_line_t), allocatable :: data_line(:)
       type(place_t), allocatable :: field(:)

@@ -3,7 +3,8 @@ module deck_names
    use text, only: to_text
    use lookup, only: label_map_t, name_list_t
    use card_values, only: position_t
-   use model, only: mesh_t, node_set_t
+   use kinds, only: wp
+   use model, only: model_t, mesh_t, node_set_t
    implicit none
    private
    public :: deck_names_t, labels_t, definitions_t, take_node_sets, copy_node, node_words, element_words
@@ -167,16 +168,20 @@ contains
    end subroutine take_node_sets
 
    !> Adds a node of a joint at the position of another node, with the next free label; it counts as the node of an element.
-   subroutine copy_node(names, mesh, node)
+   subroutine copy_node(names, model, node)
       type(deck_names_t), intent(inout) :: names
-      type(mesh_t), intent(inout) :: mesh
+      type(model_t), intent(inout) :: model !! the new node has neither supports nor springs
       integer, intent(in) :: node !! index of the node that is copied
       integer :: n
-      n = mesh%n_nodes
-      mesh%x = reshape([mesh%x(:, :n), mesh%x(:, node)], [2, n + 1])
-      mesh%x_nominal = reshape([mesh%x_nominal(:, :n), mesh%x_nominal(:, node)], [2, n + 1])
-      mesh%node_label = [mesh%node_label(:n), names%node%greatest + 1]
-      mesh%n_nodes = n + 1
+      n = model%mesh%n_nodes
+      associate (mesh => model%mesh)
+         mesh%x = reshape([mesh%x, mesh%x(:, node)], [2, n + 1])
+         mesh%x_nominal = reshape([mesh%x_nominal, mesh%x_nominal(:, node)], [2, n + 1])
+         mesh%node_label = [mesh%node_label, names%node%greatest + 1]
+         mesh%n_nodes = n + 1
+      end associate
+      model%fixed = reshape([model%fixed, .false., .false., .false.], [3, n + 1])
+      model%spring = reshape([model%spring, 0.0_wp, 0.0_wp, 0.0_wp], [3, n + 1])
       names%connected = [names%connected(:n), .true.]
       call names%node%add(names%node%greatest + 1, names%node%line(node))
    end subroutine copy_node

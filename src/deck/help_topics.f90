@@ -5,8 +5,7 @@ module help_topics
    use printable_text, only: quoted
    use command_line, only: help_text
    use card_spec, only: card_spec_t, item_t, find_card
-   use card_table, only: all_cards
-   use card_rows, only: write_card, foreign_answer
+   use card_table, only: all_cards, write_card, foreign_answer
    use card_check, only: known_card
    implicit none
    private
@@ -110,29 +109,28 @@ contains
 
       !> Writes the equivalents of a word of other programs, for all places where those programs use the word.
       subroutine write_foreign()
-         character(8), parameter :: places(7) = [character(8) :: 'TYPE', 'METHOD', 'SECTION', 'field', 'quantity', 'type', 'dof']
+         character(8), parameter :: places(8) = [character(8) :: 'TYPE', 'METHOD', 'SECTION', 'POINTS', 'field', 'quantity', &
+            'type', 'dof']
          character(:), allocatable :: answer
          integer :: i
-         answer = foreign_answer('card', '', without_star(topic))
-         if (answer /= '') call answer_with('*'//without_star(topic), answer)
+         call answer_with('*'//without_star(topic), foreign_answer('card', '', without_star(topic)))
          answer = foreign_answer('parameter', '', topic) ! of any card
-         if (answer /= '') call answer_with(topic, answer)
+         call answer_with(topic, answer)
          if (answer == '') then
             do i = 1, size(table)
-               answer = foreign_answer('parameter', table(i)%keyword, topic)
-               if (answer /= '') call answer_with('*'//table(i)%keyword//', '//topic, answer)
+               call answer_with('*'//table(i)%keyword//', '//topic, foreign_answer('parameter', table(i)%keyword, topic))
             end do
          end if
          do i = 1, size(places)
-            answer = foreign_answer('value', trim(places(i)), topic)
-            if (answer /= '') call answer_with(trim(places(i))//' '//topic, answer)
+            call answer_with(trim(places(i))//' '//topic, foreign_answer('value', trim(places(i)), topic))
          end do
       end subroutine write_foreign
 
-      !> Writes the answer for one place.
+      !> Writes the answer for one place; '': there is none.
       subroutine answer_with(what, answer)
          character(*), intent(in) :: what, answer
-         write (unit, '(a)') what//': '//'a word of Abaqus and CalculiX; '//answer
+         if (answer == '') return
+         write (unit, '(a)') what//': '//answer(3:)
          found = .true.
       end subroutine answer_with
    end subroutine write_help

@@ -2,17 +2,16 @@
 !> message about a wrong value. A value is converted once, here; all later readers use the number.
 module item_values
    use kinds, only: wp, name_length
-   use text, only: to_text, squeeze, nearest_word, parse_integer, parse_real, word_at, word_count, word_index, separated
+   use text, only: to_text, nearest_word, parse_integer, parse_real, word_index, separated
    use printable_text, only: quoted
    use card_spec, only: item_t, bound_words, kind_word, kind_name, kind_integer, kind_real, kind_label, &
       kind_label_or_set, kind_dof, kind_component, kind_distributed, positive, not_negative, not_zero, below_one, poisson
-   use card_rows, only: foreign_answer
+   use card_table, only: foreign_answer
    implicit none
    private
-   public :: convert, value_error, choices, component_dof, foreign
+   public :: convert, value_error, choices, component_dof
 
    integer, parameter :: component_dof(3) = [1, 2, 6] !! degree of freedom in the deck of the components x, y and rotation
-   character(*), parameter :: foreign = '; a word of Abaqus and CalculiX; ' !! introduces the equivalent in unilat
    real(wp), parameter :: largest_real = 1.0e100_wp !! cubes of such numbers, and sums of these, are below 1e308
 
 contains
@@ -77,7 +76,8 @@ contains
       answer = foreign_answer('value', item%name, typed)
       select case (item%kind)
       case (kind_word)
-         wrong = word_error()
+         if (answer == '') answer = '; '//choices(item%words, typed)
+         wrong = item%name//' cannot be '//quoted(typed)//answer
       case (kind_name)
          wrong = item%name//' must be a name (a letter, then letters, digits, _ - . +; at most '//to_text(name_length)// &
             ' characters), not '//quoted(typed)
@@ -95,7 +95,7 @@ contains
       case default
          near = nearest_word(item%words, typed)
          if (answer /= '') then
-            wrong = item%name//' cannot be '//quoted(typed)//foreign//answer
+            wrong = item%name//' cannot be '//quoted(typed)//answer
          else if (near /= '') then
             wrong = item%name//' cannot be '//quoted(typed)//'; did you mean '//near//'?'
          else
@@ -104,18 +104,6 @@ contains
       end select
 
    contains
-
-      pure function word_error() result(wrong)
-         character(:), allocatable :: wrong, pair
-         integer :: i
-         wrong = item%name//' cannot be '//quoted(typed)//'; '//choices(item%words, typed)
-         if (answer /= '') wrong = item%name//' cannot be '//quoted(typed)//foreign//answer
-         do i = 1, word_count(item%former)
-            pair = word_at(item%former, i)
-            if (pair(:index(pair, ' ') - 1) == squeeze(typed)) wrong = item%name//' cannot be '//squeeze(typed)// &
-               ' any more; write '//pair(index(pair, ' ') + 1:)
-         end do
-      end function word_error
 
       pure function number_error() result(wrong)
          character(:), allocatable :: wrong, most

@@ -24,14 +24,13 @@ contains
       integer :: s, k
       logical :: makes_mesh
       makes_mesh = any(model%mesh%placed)
+      deck%at = deck%left_out('ACCURACY')
       do s = 1, size(model%step)
-         associate (step => model%step(s))
-            if (makes_mesh) step%asked = deck%default('ACCURACY', 'TOLERANCE')
-            step%asked_of = [(k, k=0, size(model%monitor))]
-            step%widest_bar = merge(step%asked, widest, makes_mesh)
-            step%asked_of_path = step%asked
-         end associate
+         model%step(s)%asked_of = [(k, k=0, size(model%monitor))]
+         model%step(s)%widest_bar = widest
+         call read_card(deck, makes_mesh, model%step(s))
       end do
+      call deck%rewind()
       do while (deck%next_card('ACCURACY'))
          call read_card(deck, makes_mesh, model%step(deck%at%step))
       end do

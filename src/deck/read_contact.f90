@@ -23,7 +23,6 @@ contains
       type(model_t), intent(inout) :: model             !! receives contact
       type(contact_t) :: contact
       integer :: touched(size(model%obstacle), model%mesh%n_nodes) ! (obstacles, nodes) line of the *CONTACT; 0: none
-      allocate (model%contact(0))
       touched = 0
       do while (deck%next_card('CONTACT'))
          contact = contact_t()

@@ -24,7 +24,6 @@ contains
       type(distribution_t) :: new
       real(wp) :: length
       logical :: ok
-      allocate (model%distribution(0))
       do while (deck%next_card('DISTRIBUTION'))
          if (.not. deck%defines(deck%names%distribution, deck%text('NAME'))) cycle
          new = distribution_t(name=deck%text('NAME'))

@@ -4,8 +4,8 @@ module read_imperfections
    use kinds, only: wp, degree, pi
    use text, only: to_text, plural
    use model, only: model_t, mesh_t, imperfection_t, mode_offset_t, shape_sine, shape_cosine, shape_clamped
-   use imperfection, only: imperfection_value, nodal_imperfection, random_offsets
-   use reference_curve, only: measure_curves, nominal_angle
+   use imperfection, only: nodal_imperfection, random_offsets
+   use imperfect_mesh, only: add_imperfection, move_to_curves, parted_nodes
    use checked_deck, only: checked_deck_t, position_t
    use deck_names, only: node_words, element_words
    implicit none
@@ -32,7 +32,7 @@ contains
       type(chain_t) :: chain
       type(imperfection_t) :: shape
       logical :: ok
-      allocate (model%imperfection(0), origin(0))
+      allocate (origin(0))
       do while (deck%next_card('IMPERFECTION'))
          if (deck%word('SHAPE') == 'MODE') deck%names%has_modes = .true.
          if (deck%at%step > 0 .or. deck%word('SHAPE') == 'MODE') cycle
@@ -40,74 +40,34 @@ contains
          if (ok) ok = deck%lines_sound()
          if (ok) call read_shape(deck, model%mesh, chain, shape, ok)
          if (.not. ok) cycle
-         model%imperfection = [model%imperfection, shape]
+         call add_imperfection(model, chain%element, chain%knot, shape)
          origin = [origin, deck%at]
-         call mark_curves()
       end do
-      call move_nodes(origin)
-      call measure_curves(model%curve, model%imperfection)
+      call move_to_curves(model)
+      if (size(origin) > 0) call report_parted(parted_nodes(model))
 
    contains
 
-      !> Assigns to the curves of a chain its imperfection, the last one in the list.
-      subroutine mark_curves()
-         integer :: i, e
-         do i = 1, size(chain%element)
-            e = chain%element(i)
-            if (model%mesh%s(1, e) > 0.0_wp) cycle
-            model%curve(model%mesh%curve(e))%imperfection = size(model%imperfection)
-            model%curve(model%mesh%curve(e))%offset = chain%knot(i)
-         end do
-      end subroutine mark_curves
-
-      !> Moves mesh%x; all curves that meet at a node must give it the same position.
-      subroutine move_nodes(origin)
-         type(position_t), intent(in) :: origin(:)    ! (imperfections) card of the imperfection
-         real(wp), parameter :: disagreement = 1.0e-3_wp
-         real(wp) :: shift(2, model%mesh%n_nodes), size_of_offset(model%mesh%n_nodes), w, dw, angle, here(2)
-         integer :: owner(model%mesh%n_nodes), e, k, node, i
-         logical :: visited(model%mesh%n_nodes), reported(size(origin))
-         if (size(origin) == 0) return
-         shift = 0.0_wp
-         size_of_offset = 0.0_wp
-         owner = 0
-         visited = .false.
+      !> Reports each imperfection that moves a node which another curve does not move with it.
+      subroutine report_parted(node)
+         integer, intent(in) :: node(:)
+         logical :: reported(size(origin))
+         integer :: e, k, i
          reported = .false.
-         do e = 1, model%mesh%n_elements
-            if (model%mesh%curve(e) == 0) cycle
-            associate (curve => model%curve(model%mesh%curve(e)))
-               do k = 1, 2
-                  node = model%mesh%node(k, e)
-                  here = 0.0_wp
-                  w = 0.0_wp
-                  if (curve%imperfection > 0) then
-                     call imperfection_value(model%imperfection(curve%imperfection), curve%offset + model%mesh%s(k, &
-                        e), w, dw)
-                     angle = nominal_angle(curve, model%mesh%s(k, e))
-                     here = w * [-sin(angle), cos(angle)]
-                  end if
-                  if (.not. visited(node)) shift(:, node) = here
-                  visited(node) = .true.
-                  size_of_offset(node) = max(size_of_offset(node), abs(w))
-                  if (curve%imperfection > 0) owner(node) = curve%imperfection
-                  if (owner(node) == 0) cycle
-                  i = owner(node)
-                  if (norm2(here - shift(:, node)) <= disagreement * size_of_offset(node) + &
-                     1.0e-12_wp * model%imperfection(i)%length .or. reported(i)) cycle
-                  reported(i) = .true.
-                  deck%at = origin(i)
-                  call deck%wrong_card(node_words(model%mesh, node)//' is moved, but another curve that meets it '// &
-                     'there is not moved with it; the offset must be zero at such a node')
-               end do
-            end associate
+         do k = 1, size(node)
+            i = 0
+            do e = 1, model%mesh%n_elements
+               if (model%mesh%curve(e) == 0 .or. all(model%mesh%node(:, e) /= node(k))) cycle
+               i = max(i, model%curve(model%mesh%curve(e))%imperfection)
+            end do
+            if (reported(i)) cycle
+            reported(i) = .true.
+            deck%at = origin(i)
+            call deck%wrong_card(node_words(model%mesh, node(k))//' is moved, but another curve that meets it '// &
+               'there is not moved with it; the offset must be zero at such a node')
          end do
          call deck%rewind()
-         model%mesh%x = model%mesh%x_nominal + shift
-         do e = 1, model%mesh%n_elements
-            if (model%mesh%curve(e) > 0) cycle
-            model%mesh%s(2, e) = norm2(model%mesh%x(:, model%mesh%node(2, e)) - model%mesh%x(:, model%mesh%node(1, e)))
-         end do
-      end subroutine move_nodes
+      end subroutine report_parted
    end subroutine read_imperfection_cards
 
    !> Reads the data lines, which are all sound.

@@ -3,7 +3,6 @@ module read_loads
    use kinds, only: wp
    use text, only: to_text
    use model, only: model_t, load_t, new_load
-   use point_load, only: point_load_t
    use pole_load, only: pole_load_t
    use load_pattern, only: line_load_t
    use distribution, only: distributed_t
@@ -105,7 +104,6 @@ contains
       !> Reads *POLE LOAD: node or set, magnitude, x, y.
       subroutine read_pole_load()
          integer, allocatable :: nodes(:)
-         class(point_load_t), allocatable :: point
          real(wp) :: pole(2)
          integer :: i
          pole = [deck%real('x'), deck%real('y')]
@@ -116,8 +114,7 @@ contains
                call deck%wrong('x', node_words(model%mesh, nodes(i))//' begins at this point: the force has no direction there')
                return
             end if
-            point = pole_load_t(node=nodes(i), magnitude=deck%real('magnitude'), pole=pole)
-            call load%add_point(point)
+            load%pole_load = [load%pole_load, pole_load_t(nodes(i), deck%real('magnitude'), pole)]
          end do
       end subroutine read_pole_load
 
@@ -189,7 +186,7 @@ contains
          new = line
          allocate (new%on(model%mesh%n_elements), source=.false.)
          new%on(elements) = .true.
-         call load%add_line(new)
+         load%line_load = [load%line_load, new]
       end subroutine add_line
 
       !> Reads *LIQUID: element or set, weight, level.

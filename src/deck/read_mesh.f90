@@ -4,7 +4,7 @@ module read_mesh
    use errors, only: error_t
    use text, only: to_text, same_name
    use memory, only: can_be_had
-   use model, only: model_t, curve_t, imperfection_t
+   use model, only: model_t, curve_t, imperfection_t, empty_lists
    use element_families, only: element_kind
    use mesh_generators, only: growing_mesh_t, line_curve, arc_curve, ring_curve, ellipse_curve, path_curve, graded_division
    use reference_curve, only: curve_point
@@ -37,7 +37,7 @@ module read_mesh
 
 contains
 
-   !> Reads all cards of the mesh; fills mesh, curves and node sets of the model.
+   !> Reads all cards of the mesh; fills mesh, curves and node sets of the model, and begins all its other lists.
    subroutine read_mesh_cards(deck, model)
       type(checked_deck_t), intent(inout), target :: deck !! receives nodes, elements and sets
       type(model_t), intent(inout) :: model             !! receives mesh (without sections), curve, node_set
@@ -71,6 +71,7 @@ contains
       end do
       call grown%take(model%mesh, model%curve)
       call take_node_sets(deck%names, model%node_set)
+      call empty_lists(model)
       deck%names%above_only = .false.
       allocate (deck%names%connected(model%mesh%n_nodes), source=.false.)
       do e = 1, model%mesh%n_elements

@@ -21,7 +21,6 @@ contains
       type(model_t), intent(inout) :: model             !! with supports and contacts; receives monitor
       type(monitor_t) :: monitor
       logical :: ok
-      allocate (model%monitor(0))
       do while (deck%next_card('MONITOR'))
          if (same_name(deck%text('NAME'), 'LOAD')) then
             call deck%wrong('NAME', 'LOAD means the load factor')
@@ -103,7 +102,6 @@ contains
       type(contact_print_t) :: print
       character(:), allocatable :: word
       logical :: ok
-      allocate (model%contact_print(0))
       do while (deck%next_card('CONTACT PRINT'))
          call deck%touched_obstacle('OBSTACLE', print%obstacle, ok)
          if (.not. ok) cycle

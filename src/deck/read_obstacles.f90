@@ -24,7 +24,6 @@ contains
       type(checked_deck_t), intent(inout) :: deck       !! receives the names of the laws
       type(model_t), intent(inout) :: model             !! receives law
       type(law_t) :: law
-      allocate (model%law(0))
       do while (deck%next_card('FOUNDATION LAW'))
          if (.not. deck%defines(deck%names%law, deck%text('NAME'))) cycle
          law = law_t()
@@ -77,7 +76,6 @@ contains
       type(model_t), intent(inout) :: model             !! receives obstacle
       type(obstacle_t) :: obstacle
       logical :: ok
-      allocate (model%obstacle(0))
       do while (deck%next_card('OBSTACLE'))
          if (.not. deck%defines(deck%names%obstacle, deck%text('NAME'))) cycle
          obstacle = obstacle_t()

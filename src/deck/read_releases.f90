@@ -2,7 +2,7 @@
 !> the components that are not released.
 module read_releases
    use kinds, only: wp
-   use model, only: model_t, release_t, joint_spring_t, complete_joints, same_component
+   use model, only: model_t, release_t, joint_spring_t, same_component
    use checked_deck, only: checked_deck_t
    use deck_names, only: take_node_sets, copy_node, node_words
    use read_supports, only: read_dofs
@@ -27,7 +27,6 @@ contains
       logical, allocatable :: released(:, :)            ! (2, elements) true for ends that an earlier line releases
       integer, allocatable :: nodes(:), elements(:)
       integer :: i
-      call complete_joints(model)
       allocate (released(2, model%mesh%n_elements), source=.false.)
       do while (deck%next_card('RELEASE'))
          joint%set = 0
@@ -99,7 +98,7 @@ contains
             call deck%wrong('node or set', problem)
             return
          end if
-         call copy_node(deck%names, model%mesh, node)
+         call copy_node(deck%names, model, node)
          new = release_t(node=node, own=model%mesh%n_nodes, free=joint%free)
          where (chosen) model%mesh%node = new%own
          released = released .or. chosen

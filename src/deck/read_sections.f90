@@ -86,7 +86,6 @@ contains
       integer, allocatable :: elements(:)
       integer :: section_line(deck%n_cards)              ! (sections) line of the section's card
       integer :: i, m
-      allocate (model%section(0))
       do while (deck%next_card('BEAM SECTION'))
          elements = deck%elements('ELSET')
          m = 0

@@ -21,14 +21,15 @@ contains
       type(checked_deck_t), intent(inout) :: deck       !! with the monitors; receives the names of the steps
       type(model_t), intent(inout) :: model             !! with monitors; receives step without loads and path control
       integer :: s
-      s = 0
+      allocate (model%step(maxval([0, deck%card(:deck%n_cards)%step])))
       do while (deck%next_card('STEP', also_bad=.true.))
-         s = deck%at%step
+         call name_step(deck, model%step(deck%at%step))
       end do
-      allocate (model%step(s))
-      do while (deck%next_card('STEP', also_bad=.true.))
-         call set_step_defaults(deck, model%step(deck%at%step))
+      deck%at = deck%left_out('CONTROLS')
+      do s = 1, size(model%step)
+         call read_controls(deck, model%step(s))
       end do
+      call deck%rewind()
       do while (deck%next_card('STATIC|BUCKLE|CONTROLS'))
          associate (step => model%step(deck%at%step))
             if (deck%at%keyword == 'STATIC') call read_static(deck, model, step)
@@ -57,8 +58,8 @@ contains
       end do
    end subroutine check_kinds
 
-   !> Sets name and defaults of a step.
-   subroutine set_step_defaults(deck, step)
+   !> Sets the name of a step, and begins its lists.
+   subroutine name_step(deck, step)
       type(checked_deck_t), intent(inout) :: deck
       type(step_t), intent(inout) :: step
       logical :: ok
@@ -69,13 +70,8 @@ contains
          step%name = deck%text('NAME')
       end if
       ok = deck%defines(deck%names%step, step%name)
-      step%tolerance = deck%default('CONTROLS', 'TOLERANCE')
-      step%locate_tolerance = deck%default('CONTROLS', 'LOCATE')
-      step%max_iterations = nint(deck%default('CONTROLS', 'ITERATIONS'))
-      step%desired_iterations = nint(deck%default('CONTROLS', 'DESIRED'))
-      step%max_points = nint(deck%default('CONTROLS', 'POINTS'))
       allocate (step%stop(0), step%locate(0), step%turning(0), step%branch(0), step%limit_curve(0), step%mode_offset(0))
-   end subroutine set_step_defaults
+   end subroutine name_step
 
    !> Reads *STATIC: method, monitor, increments.
    subroutine read_static(deck, model, step)

@@ -3,7 +3,7 @@
 module read_supports
    use kinds, only: wp, parallel, degree
    use text, only: to_text
-   use model, only: model_t, contact_t, joint_spring_t, complete_joints, tie_t
+   use model, only: model_t, contact_t, joint_spring_t, tie_t
    use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle
    use item_values, only: component_dof
    use checked_deck, only: checked_deck_t
@@ -25,7 +25,6 @@ contains
       integer, allocatable :: nodes(:)
       logical :: dofs(3)
       integer :: i
-      allocate (model%fixed(3, model%mesh%n_nodes), source=.false.)
       do while (deck%next_card('BOUNDARY'))
          if (deck%at%step > 0) cycle
          do while (deck%next_line())
@@ -49,8 +48,6 @@ contains
       integer, allocatable :: nodes(:)
       integer :: dof, i
       integer :: other                                  ! second node; 0: the ground
-      allocate (model%spring(3, model%mesh%n_nodes), source=0.0_wp)
-      call complete_joints(model)
       do while (deck%next_card('SPRING'))
          if (.not. is_linear_spring(deck)) cycle
          do while (deck%next_line())
@@ -259,12 +256,10 @@ contains
       logical, intent(in) :: rigid                      !! true: a rigid stop acts on the relative motion
       integer, intent(out) :: new                       !! index of the new node
       integer :: k, part
-      call copy_node(deck%names, model%mesh, node)
+      call copy_node(deck%names, model, node)
       new = model%mesh%n_nodes
-      if (.not. allocated(model%relative)) allocate (model%relative(3, 0))
       model%relative = reshape([model%relative, new, node, other], [3, size(model%relative, 2) + 1])
-      model%fixed = reshape([model%fixed, spread(.true., 1, 3)], [3, new])
-      model%spring = reshape([model%spring, spread(0.0_wp, 1, 3)], [3, new])
+      model%fixed(:, new) = .true.
       do k = 1, 2
          part = k
          if (deck%given('ROTATION')) part = 3

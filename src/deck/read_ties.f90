@@ -2,7 +2,7 @@
 module read_ties
    use kinds, only: wp
    use text, only: to_text
-   use model, only: model_t, tie_t, complete_joints, same_component
+   use model, only: model_t, tie_t, same_component
    use item_values, only: component_dof
    use checked_deck, only: checked_deck_t, position_t
    use deck_names, only: copy_node, node_words
@@ -17,7 +17,6 @@ contains
       type(checked_deck_t), intent(inout) :: deck       !! with the mesh; nodes that others follow need not belong to an element;
       !! receives names%tie_origin
       type(model_t), intent(inout) :: model             !! with the releases; receives further ties
-      call complete_joints(model)
       allocate (deck%names%tie_origin(size(model%tie)))
       do while (deck%next_card('MPC|EQUATION'))
          if (deck%at%keyword == 'EQUATION') then
@@ -70,7 +69,7 @@ contains
          if (kind == 'LINK') then
             ! LINK: a bar with hinges at both ends. An additional node, pinned to the other one and with a rotation of its own,
             ! carries the bar.
-            call copy_node(deck%names, model%mesh, other)
+            call copy_node(deck%names, model, other)
             lead = model%mesh%n_nodes
             do k = 1, 2
                call add(same_component(lead, k, other))

@@ -51,16 +51,15 @@ contains
          end do
          ! What the deck does with one obstacle alone, or tells of it alone, needs contacts of their own.
          do s = 1, size(model%step)
-            if (.not. allocated(model%step(s)%load%motion)) cycle
             associate (load => model%step(s)%load, o => [one%obstacle, other%obstacle])
                may_join = may_join .and. .not. (any(abs(load%motion(:, o(1)) - load%motion(:, o(2))) > 0.0_wp) .or. &
                   & abs(load%closing(o(1)) - load%closing(o(2))) > 0.0_wp .or. any(abs(load%resolved(o)) > 0.0_wp))
             end associate
-            if (allocated(model%step(s)%limit_curve)) may_join = may_join .and. .not. &
+            may_join = may_join .and. .not. &
                & any(model%step(s)%limit_curve%obstacle == one%obstacle) .and. .not. &
                & any(model%step(s)%limit_curve%obstacle == other%obstacle)
          end do
-         if (allocated(model%contact_print)) may_join = may_join .and. .not. &
+         may_join = may_join .and. .not. &
             & any(model%contact_print%obstacle == one%obstacle .or. model%contact_print%obstacle == other%obstacle)
       end associate
    end function may_join

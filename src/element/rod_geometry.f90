@@ -62,7 +62,6 @@ contains
       character(:), allocatable :: wrong
       real(wp) :: x(2), angle, speed
       integer :: e, i, k, c
-      if (.not. allocated(model%distribution)) return
       if (size(model%distribution) == 0) return
       if (.not. allocated(geometry%sample)) allocate (geometry%sample(size(model%distribution), max_stages, &
          & model%mesh%n_elements), source=0.0_wp)

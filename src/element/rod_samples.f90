@@ -45,7 +45,6 @@ contains
       type(section_t) :: section
       real(wp) :: t(2), intensity
       integer :: i, k
-      if (.not. allocated(load%line_load)) return
       do k = 1, size(load%line_load)
          associate (part => load%line_load(k))
             if (.not. part%on(e)) cycle

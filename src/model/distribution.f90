@@ -4,7 +4,7 @@ module distribution
    use formula, only: evaluate
    implicit none
    private
-   public :: distribution_t, distributed_t, formula_names
+   public :: distribution_t, distributed_t
 
    character(*), parameter :: formula_names = 's|x|y' !! what a formula may name: arc length along the chain, stress-free position
 

@@ -1,16 +1,32 @@
-!> Changes of the stress-free geometry between paths: the nodes follow curves whose imperfections were changed or added.
+!> Imperfections on the curves of a model, and its nodes, which follow the curves: those of the deck, and changes between paths.
 module imperfect_mesh
    use kinds, only: wp
    use errors, only: error_t, fail
    use text, only: to_text
    use model, only: model_t, imperfection_t, mode_offset_t
-   use imperfection, only: nodal_imperfection
+   use imperfection, only: imperfection_value, nodal_imperfection
    use reference_curve, only: curve_point, measure_curves
    implicit none
    private
-   public :: move_to_curves, add_mode_offsets
+   public :: add_imperfection, move_to_curves, parted_nodes, add_mode_offsets
 
 contains
+
+   !> Adds an imperfection to a model, and assigns it to the curves of a chain.
+   subroutine add_imperfection(model, element, knot, shape)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: element(:)        !! elements of the chain, on whole curves without imperfection, in order
+      real(wp), intent(in) :: knot(:)          !! coordinates along the chain of the first end of each
+      type(imperfection_t), intent(in) :: shape
+      integer :: k
+      model%imperfection = [model%imperfection, shape]
+      do k = 1, size(element)
+         associate (curve => model%curve(model%mesh%curve(element(k))))
+            if (curve%imperfection == 0) curve%offset = knot(k)
+            curve%imperfection = size(model%imperfection)
+         end associate
+      end do
+   end subroutine add_imperfection
 
    !> Measures the curves, and moves nodes to their curves where these have an imperfection.
    subroutine move_to_curves(model)
@@ -76,18 +92,14 @@ contains
                return
             end if
             call nodal_imperfection(knot, w, closed, shape)
-            model%imperfection = [model%imperfection, shape]
-            do k = 1, n
-               associate (curve => model%curve(mesh%curve(element(k))))
-                  if (curve%imperfection == 0) curve%offset = knot(k)
-                  curve%imperfection = size(model%imperfection)
-               end associate
-            end do
+            call add_imperfection(model, element, knot, shape)
             deallocate (knot)
          end associate
       end do
       call move_to_curves(model)
-      call check_joints(model, error)
+      node = parted_nodes(model)
+      if (size(node) > 0) call fail(error, 'the chains that meet in node '//to_text(model%mesh%node_label(node(1)))// &
+         & ' move it to different places: give SHAPE=MODE for all of them')
    end subroutine add_mode_offsets
 
    !> Turns, scales and moves the nominal curves of a chain so that its ends lie at two given points.
@@ -137,25 +149,32 @@ contains
       end do
    end function normal_distances
 
-   !> Checks that all curves that meet at a node give it the same position.
-   subroutine check_joints(model, error)
-      type(model_t), intent(in) :: model
-      type(error_t), allocatable, intent(out) :: error
-      real(wp), parameter :: apart = 1.0e-9_wp
-      real(wp) :: x(2), angle, speed, largest
+   !> Nodes that imperfections move, and that another curve which meets there does not move to the same place.
+   function parted_nodes(model) result(node)
+      type(model_t), intent(in) :: model       !! whose nodes have been moved to their curves
+      integer, allocatable :: node(:)
+      real(wp), parameter :: apart = 1.0e-3_wp ! of the offset, which curves that meet almost smoothly turn with their direction
+      real(wp), parameter :: rounding = 1.0e-9_wp
+      real(wp), dimension(model%mesh%n_nodes) :: distance, offset
+      real(wp) :: x(2), angle, speed, w, dw
       integer :: e, i
+      distance = 0.0_wp
+      offset = -1.0_wp
       associate (mesh => model%mesh)
-         largest = maxval(abs(mesh%x))
          do e = 1, mesh%n_elements
             if (mesh%curve(e) == 0) cycle
             do i = 1, 2
-               call curve_point(model%curve(mesh%curve(e)), model%imperfection, mesh%s(i, e), x, angle, speed)
-               if (norm2(x - mesh%x(:, mesh%node(i, e))) <= apart * largest) cycle
-               call fail(error, 'the chains that meet in node '//to_text(mesh%node_label(mesh%node(i, e)))// &
-                  & ' move it to different places: give SHAPE=MODE for all of them')
-               return
+               associate (curve => model%curve(mesh%curve(e)), at => mesh%node(i, e))
+                  call curve_point(curve, model%imperfection, mesh%s(i, e), x, angle, speed)
+                  distance(at) = max(distance(at), norm2(x - mesh%x(:, at)))
+                  if (curve%imperfection == 0) cycle
+                  call imperfection_value(model%imperfection(curve%imperfection), curve%offset + mesh%s(i, e), w, dw)
+                  offset(at) = max(offset(at), abs(w))
+               end associate
             end do
          end do
+         node = pack([(i, i=1, mesh%n_nodes)], offset >= 0.0_wp .and. &
+            & distance > apart * offset + rounding * maxval(abs(mesh%x)))
       end associate
-   end subroutine check_joints
+   end function parted_nodes
 end module imperfect_mesh

@@ -21,7 +21,7 @@ module model
    public :: method_load, method_displacement, method_cylindrical, method_spherical, method_linearised, &
       & method_minimum_residual, method_variable_load, method_generalised, method_largest
    public :: parameter_modulus, parameter_gap, parameter_imperfection, parameter_ea, parameter_ei, parameter_constant_load
-   public :: new_load, obstacles_move, complete_joints
+   public :: new_load, obstacles_move, empty_lists
 
    ! Element families (the deck says UL2, GE2, GE4, GE6, GE8).
    integer, parameter :: family_ul2 = 1 !! the paper's straight updated-Lagrangian element
@@ -270,11 +270,11 @@ module model
    type :: model_t
       character(:), allocatable :: title        !! heading lines, newline separated
       character(:), allocatable :: job          !! from *HEADING, JOB=; '' if not given
-      character(:), allocatable :: length_unit, force_unit !! from *UNITS, for labels only; '' or unallocated if not given
+      character(:), allocatable :: length_unit, force_unit !! from *UNITS, for labels only; '' if not given
       type(mesh_t) :: mesh
       type(curve_t), allocatable :: curve(:)
       type(imperfection_t), allocatable :: imperfection(:)
-      type(distribution_t), allocatable :: distribution(:) !! not allocated: none
+      type(distribution_t), allocatable :: distribution(:)
       type(section_t), allocatable :: section(:)
       type(node_set_t), allocatable :: node_set(:)
       logical, allocatable :: fixed(:, :)       !! (3, n_nodes) true for supported degrees of freedom
@@ -294,13 +294,15 @@ module model
 
 contains
 
-   !> Allocates empty lists of joints if the model has none.
-   pure subroutine complete_joints(model)
+   !> Gives a model with a mesh empty lists of all else, and nodes without supports and springs. Steps and node sets are not set.
+   pure subroutine empty_lists(model)
       type(model_t), intent(inout) :: model
-      if (.not. allocated(model%tie)) allocate (model%tie(0))
-      if (.not. allocated(model%joint_spring)) allocate (model%joint_spring(0))
-      if (.not. allocated(model%release)) allocate (model%release(0))
-   end subroutine complete_joints
+      allocate (model%fixed(3, model%mesh%n_nodes), source=.false.)
+      allocate (model%spring(3, model%mesh%n_nodes), source=0.0_wp)
+      allocate (model%imperfection(0), model%distribution(0), model%section(0), model%relative(3, 0), model%tie(0))
+      allocate (model%joint_spring(0), model%release(0), model%law(0), model%obstacle(0), model%contact(0), model%monitor(0))
+      allocate (model%contact_print(0))
+   end subroutine empty_lists
 
    !> Obstacle of a contact at an element, which of several is the one whose candidates both nodes are.
    pure integer function obstacle_of(contact, node) result(obstacle)
@@ -321,7 +323,7 @@ contains
       type(model_t), intent(in) :: model
       logical :: fixed(3, model%mesh%n_nodes)
       fixed = model%fixed
-      if (allocated(model%relative)) fixed(:, model%relative(1, :)) = .false.
+      fixed(:, model%relative(1, :)) = .false.
    end function supports
 
    !> A tie that gives a component of a node the same value as this component of another node.
@@ -341,7 +343,6 @@ contains
       integer :: s
       obstacles_move = any(model%obstacle%carrier > 0)
       do s = 1, size(model%step)
-         if (.not. allocated(model%step(s)%load%motion)) cycle
          obstacles_move = obstacles_move .or. any(abs(model%step(s)%load%motion) > 0.0_wp)
       end do
    end function obstacles_move

@@ -1,28 +1,30 @@
-!> A force of constant magnitude whose line of action passes through a fixed point, its pole: a cable to an anchor. Its potential is
-!> its magnitude times the distance.
+!> A force on a node, of constant magnitude, whose line of action passes through a fixed point, its pole: a cable to an anchor. Its
+!> potential is its magnitude times the distance, so that its tangent is symmetric.
 module pole_load
    use kinds, only: wp
-   use point_load, only: point_load_t
    implicit none
    private
    public :: pole_load_t
 
    !> A load of constant magnitude towards a fixed point, its pole.
-   type, extends(point_load_t) :: pole_load_t
-      real(wp) :: pole(2) = 0.0_wp     !! a positive force pulls the node towards it
+   type :: pole_load_t
+      integer :: node = 0
+      real(wp) :: magnitude = 0.0_wp   !! at load factor 1; a positive force pulls the node towards the pole
+      real(wp) :: pole(2) = 0.0_wp
    contains
       procedure :: push
    end type pole_load_t
 
 contains
 
-   !> Unit force e = d/|d| towards the pole, d the vector from the node to the pole; minus its derivatives are (1 - e e^T)/|d|.
+   !> Force, couple and stiffness of magnitude 1 on a node at the given position: the force is e = d/|d|, d the vector from the node
+   !> to the pole; minus its derivatives are (1 - e e^T)/|d|.
    pure subroutine push(self, place, force, stiffness, sound)
       class(pole_load_t), intent(in) :: self
-      real(wp), intent(in) :: place(3)
-      real(wp), intent(out) :: force(3)
-      real(wp), intent(out) :: stiffness(3, 3)
-      logical, intent(out) :: sound          !! false: the node is at the pole
+      real(wp), intent(in) :: place(3)          !! x, y and the rotation since the start [rad]
+      real(wp), intent(out) :: force(3)         !! in x, in y, and the couple (anticlockwise)
+      real(wp), intent(out) :: stiffness(3, 3)  !! minus its derivatives by the place, symmetric
+      logical, intent(out) :: sound             !! false: the node is at the pole; force and stiffness are zero
       real(wp) :: d(2), across(2), distance
       force = 0.0_wp
       stiffness = 0.0_wp

@@ -10,7 +10,7 @@ module reference_curve
    implicit none
    private
    public :: measure_curves, curve_point, curve_bend, curve_length, curve_abscissa, curve_goes_on
-   public :: path_point, nominal_angle, is_straight
+   public :: path_point, is_straight
 
 contains
 
@@ -85,18 +85,6 @@ contains
       call path_point(curve%path, s, at, angle)
       bend = [at%curvature, at%curvature_rate, at%curvature_second] / curve%path%scale**[1, 2, 3]
    end function nominal_bend
-
-   !> Direction [rad] of the nominal curve at s, continuous in s.
-   pure real(wp) function nominal_angle(curve, s) result(angle)
-      type(curve_t), intent(in) :: curve
-      real(wp), intent(in) :: s
-      type(curve_t) :: perfect
-      type(imperfection_t) :: none(0)
-      real(wp) :: x(2), speed
-      perfect = curve
-      perfect%imperfection = 0
-      call curve_point(perfect, none, s, x, angle, speed)
-   end function nominal_angle
 
    !> True if the curve with its imperfection is a straight line.
    pure logical function is_straight(curve)

@@ -1,7 +1,7 @@
 !> The model of a deck on another mesh: nodes anywhere along its free rod segments, all other data as in the deck.
 module remeshed_model
    use kinds, only: wp
-   use model, only: model_t, curve_t, mesh_t, contact_t, imperfection_t, complete_joints
+   use model, only: model_t, curve_t, mesh_t, contact_t, imperfection_t
    use rod_layout, only: layout_t, segment_element, segment_place
    use reference_curve, only: curve_point
    implicit none
@@ -28,24 +28,17 @@ contains
       integer, allocatable :: mesh_node(:), deck_node(:), deck_element(:), first(:)
       integer :: i, k
       model = deck
-      call complete_joints(model)
       call lay_mesh(deck, layout, division, model%mesh, mesh_node, first, deck_element)
       allocate (deck_node(model%mesh%n_nodes), source=0)
       do i = 1, size(mesh_node)
          if (mesh_node(i) > 0) deck_node(mesh_node(i)) = i
       end do
-      deallocate (model%fixed)
-      allocate (model%fixed(3, model%mesh%n_nodes), source=.false.)
+      model%fixed = spread([.false., .false., .false.], 2, model%mesh%n_nodes)
+      model%spring = spread([0.0_wp, 0.0_wp, 0.0_wp], 2, model%mesh%n_nodes)
       do i = 1, count(layout%breakpoint)
          model%fixed(:, i) = deck%fixed(:, deck_node(i))
+         model%spring(:, i) = deck%spring(:, deck_node(i))
       end do
-      if (allocated(deck%spring)) then
-         deallocate (model%spring)
-         allocate (model%spring(3, model%mesh%n_nodes), source=0.0_wp)
-         do i = 1, count(layout%breakpoint)
-            model%spring(:, i) = deck%spring(:, deck_node(i))
-         end do
-      end if
       do k = 1, size(model%obstacle)
          if (model%obstacle(k)%carrier > 0) model%obstacle(k)%carrier = mesh_node(model%obstacle(k)%carrier)
       end do

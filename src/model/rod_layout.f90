@@ -131,10 +131,8 @@ contains
             end do
          end do
          do i = 1, mesh%n_nodes
-            breakpoint(i) = any(ends(:, i) /= 1) .or. any(model%fixed(:, i))
-            if (allocated(model%spring)) breakpoint(i) = breakpoint(i) .or. any(model%spring(:, i) > 0.0_wp)
-            if (allocated(model%obstacle)) breakpoint(i) = breakpoint(i) .or. any(model%obstacle%carrier == i)
-            if (allocated(model%tie)) breakpoint(i) = breakpoint(i) .or. joined(model, i)
+            breakpoint(i) = any(ends(:, i) /= 1) .or. any(model%fixed(:, i)) .or. any(model%spring(:, i) > 0.0_wp) .or. &
+               & any(model%obstacle%carrier == i) .or. joined(model, i)
             if (.not. breakpoint(i)) breakpoint(i) = .not. goes_on(model, beside(1, i), beside(2, i))
          end do
          do k = 1, size(model%step)
@@ -187,16 +185,14 @@ contains
    pure logical function goes_on(model, a, b)
       type(model_t), intent(in) :: model
       integer, intent(in) :: a, b             !! element that ends at a node, and element that begins there
-      integer :: k, n
+      integer :: k
       associate (mesh => model%mesh)
          goes_on = min(mesh%curve(a), mesh%curve(b)) > 0 .and. mesh%family(a) == mesh%family(b) .and. &
             & mesh%stages(a) == mesh%stages(b) .and. mesh%section(a) == mesh%section(b) .and. &
             & (mesh%placed(a) .eqv. mesh%placed(b))
          if (goes_on) goes_on = curve_goes_on(model%curve(mesh%curve(a)), mesh%s(2, a), model%curve(mesh%curve(b)), mesh%s(1, b))
          if (.not. goes_on) return
-         n = 0
-         if (allocated(model%distribution)) n = size(model%distribution)
-         do k = 1, n
+         do k = 1, size(model%distribution)
             goes_on = .not. model%distribution(k)%bends_at(mesh%curve(a), mesh%s(2, a), same_length * mesh%s(2, a)) .and. &
                & (model%distribution(k)%contains_place(mesh%curve(a), 0.5_wp * sum(mesh%s(:, a))) .eqv. &
                & model%distribution(k)%contains_place(mesh%curve(b), 0.5_wp * sum(mesh%s(:, b))))

@@ -31,7 +31,7 @@ contains
                ! The support reaction is the internal minus the external force.
                total = total + system%raw(dof(problem, node, monitor%component))
             else
-               total = total - problem%spring(monitor%component, node) * state%u(monitor%component, node)
+               total = total - problem%model%spring(monitor%component, node) * state%u(monitor%component, node)
             end if
          end do
       end associate
@@ -53,7 +53,7 @@ contains
             if (node == 0) cycle
             if (problem%model%fixed(monitor%component, node)) cycle
             along = 0.0_wp
-            along(monitor%component) = -problem%spring(monitor%component, node)
+            along(monitor%component) = -problem%model%spring(monitor%component, node)
             call to_node(system, node, along)
             call spread_force(problem, system%tie_block, node, along, number%by_unknown)
          end do

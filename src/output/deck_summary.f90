@@ -35,20 +35,14 @@ contains
       call line('', '')
       call line('deck', deck)
       if (results /= '') call line('results', results)
-      if (allocated(model%length_unit)) then
-         if (model%length_unit /= '') call line('units', model%length_unit//', '//model%force_unit)
-      end if
+      if (model%length_unit /= '') call line('units', model%length_unit//', '//model%force_unit)
       call line('', '')
       call write_mesh()
-      call write_supports()
-      if (allocated(model%spring)) then
-         associate (springs => model%spring > 0.0_wp)
-            if (any(springs)) then
-               call line('springs', 'at '//plural(count(any(springs, 1)), 'node')//': '//to_text(count(springs(1, :)))// &
-                  & ' u, '//to_text(count(springs(2, :)))//' v, '//to_text(count(springs(3, :)))//' rotations')
-               call write_lines(node_lines(model, model%spring, any(springs, 1), 'spring', 'rotation'))
-            end if
-         end associate
+      call line('supports', freedoms_text(supports(model)))
+      call write_lines(support_lines(model))
+      if (any(model%spring > 0.0_wp)) then
+         call line('springs', freedoms_text(model%spring > 0.0_wp))
+         call write_lines(node_lines(model, model%spring, any(model%spring > 0.0_wp, 1), 'spring', 'rotation'))
       end if
       call write_sections()
       do i = 1, size(model%obstacle)
@@ -119,13 +113,6 @@ contains
          end associate
       end subroutine write_mesh
 
-      subroutine write_supports()
-         associate (fixed => supports(model))
-            call line('supports', 'at '//plural(count(any(fixed, 1)), 'node')//': '//to_text(count(fixed(1, :)))//' u, ' &
-               & //to_text(count(fixed(2, :)))//' v, '//to_text(count(fixed(3, :)))//' rotations')
-         end associate
-         call write_lines(support_lines(model))
-      end subroutine write_supports
 
       !> Writes lines with an empty left column.
       subroutine write_lines(lines)
@@ -274,15 +261,13 @@ contains
                   & to_text(offset%mode)//' of '//trim(model%step(offset%step)%name)//', largest offset '//brief(offset%amplitude))
             end associate
          end do
-         if (allocated(step%load%motion)) then
-            do i = 1, size(step%load%motion, 2)
-               if (any(abs(step%load%motion(:, i)) > 0.0_wp)) call more('moves '// &
-                  & trim(model%obstacle(i)%name)//' by '//place(step%load%motion(:, i))//' at load factor 1')
-               if (abs(step%load%closing(i)) > 0.0_wp) call more('closes the gaps to '// &
-                  & trim(model%obstacle(i)%name)//' by '//brief(step%load%closing(i))//' at load factor 1')
-               if (step%load%resolved(i) > 0.0_wp) call more('pushes out what begins behind '//trim(model%obstacle(i)%name))
-            end do
-         end if
+         do i = 1, size(step%load%motion, 2)
+            if (any(abs(step%load%motion(:, i)) > 0.0_wp)) call more('moves '// &
+               & trim(model%obstacle(i)%name)//' by '//place(step%load%motion(:, i))//' at load factor 1')
+            if (abs(step%load%closing(i)) > 0.0_wp) call more('closes the gaps to '// &
+               & trim(model%obstacle(i)%name)//' by '//brief(step%load%closing(i))//' at load factor 1')
+            if (step%load%resolved(i) > 0.0_wp) call more('pushes out what begins behind '//trim(model%obstacle(i)%name))
+         end do
          call more(end_text(step))
          do i = 1, size(step%branch)
             call more(branch_text(step, step%branch(i)))
@@ -376,6 +361,14 @@ contains
          if (threshold%monitor > 0) text = trim(model%monitor(threshold%monitor)%name)
       end function threshold_text
    end subroutine write_deck_summary
+
+   !> Number of nodes with supports or springs, and of their unknowns.
+   pure function freedoms_text(held) result(text)
+      logical, intent(in) :: held(:, :)           !! (3, nodes)
+      character(:), allocatable :: text
+      text = 'at '//plural(count(any(held, 1)), 'node')//': '//to_text(count(held(1, :)))//' u, '// &
+         & to_text(count(held(2, :)))//' v, '//to_text(count(held(3, :)))//' rotations'
+   end function freedoms_text
 
    pure function place(x) result(text)
       real(wp), intent(in) :: x(2)

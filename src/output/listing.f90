@@ -76,8 +76,7 @@ contains
          if (model%step(i)%name /= '') listing%step_title(i) = trim(listing%step_title(i))//', '//model%step(i)%name
       end do
       first = [column_t('point', 6), column_t('', 2), column_t('load factor', 17)]
-      allocate (listing%print(0))
-      if (allocated(model%contact_print)) listing%print = model%contact_print
+      listing%print = model%contact_print
       listing%obstacle = model%contact%obstacle
       allocate (listing%printed(size(listing%print)), listing%printed_bar(size(listing%print)))
       last = [column_t('contacts', 8), column_t('iterations', 10), column_t('residual', 8), column_t('pivots < 0', 10)]

@@ -28,10 +28,10 @@ contains
       integer :: i
       logical :: sound
       lines = [node_lines(model, load%node_force, any(abs(load%node_force) > 0.0_wp, 1), 'load', 'moment')]
-      do i = 1, load%n_points()
-         associate (point => load%point(i)%load)
-            call point%push([model%mesh%x(:, point%node), 0.0_wp], force, stiffness, sound)
-            lines = [lines, words_t('load on '//nodes_text(model, [point%node])//': '//vector_text(point%magnitude * force, &
+      do i = 1, size(load%pole_load)
+         associate (pull => load%pole_load(i))
+            call pull%push([model%mesh%x(:, pull%node), 0.0_wp], force, stiffness, sound)
+            lines = [lines, words_t('load on '//nodes_text(model, [pull%node])//': '//vector_text(pull%magnitude * force, &
                & 'moment')//' at the start, turning as the node moves')]
          end associate
       end do
@@ -129,11 +129,9 @@ contains
       type(words_t), allocatable :: lines(:)
       character(:), allocatable :: text
       logical, allocatable :: wet(:)
-      integer :: i, n
+      integer :: i
       allocate (lines(0))
-      n = 0
-      if (allocated(load%line_load)) n = size(load%line_load)
-      do i = 1, n
+      do i = 1, size(load%line_load)
          associate (part => load%line_load(i))
             text = merge('along and to the left of the axis', 'in x and y                       ', part%along_axis)
             text = 'load on '//plural(count(part%on), 'element')//', '//trim(text)//': ('//brief(part%direction(1))//', '// &

@@ -6,10 +6,10 @@ module model_tables
    use rod_samples, only: add_line_loads
    use gauss_tableau, only: max_stages
    use model, only: model_t, step_t, supports
-   use pole_load, only: pole_load_t
    use hdf5_file, only: hdf5_file_t, hdf5_group
    use hdf5_attributes, only: hdf5_attribute
    use hdf5_datasets, only: hdf5_write
+   use result_tables, only: link_name
    implicit none
    private
    public :: write_supports, write_loads, write_sets
@@ -33,21 +33,16 @@ contains
          call hdf5_write(file, '/supports/fixed', reshape(merge(1, 0, fixed(:, held)), [3, size(held)]), '1', &
             & '1 where u, v, rotation of the node are held')
       end if
-      if (allocated(model%spring)) then
-         held = where_any(model%spring > 0.0_wp)
-         if (size(held) > 0) then
-            call hdf5_write(file, '/supports/spring_node', held - 1, '1', 'nodes with springs to the ground: '//node_rows)
-            call hdf5_write(file, '/supports/spring', model%spring(:, held), 'force/length, force/length, moment/radian', &
-               & 'their stiffness for u, v, rotation')
-         end if
+      held = where_any(model%spring > 0.0_wp)
+      if (size(held) > 0) then
+         call hdf5_write(file, '/supports/spring_node', held - 1, '1', 'nodes with springs to the ground: '//node_rows)
+         call hdf5_write(file, '/supports/spring', model%spring(:, held), 'force/length, force/length, moment/radian', &
+            & 'their stiffness for u, v, rotation')
       end if
-      if (allocated(model%relative)) then
-         associate (pair => pack([(i, i=1, size(model%relative, 2))], model%relative(3, :) > 0))
-            if (size(pair) > 0) call hdf5_write(file, '/supports/relative_node', model%relative(2:, pair) - 1, '1', &
-               & 'stops, springs by a law and members between two nodes: '//node_rows)
-         end associate
-      end if
-      if (.not. allocated(model%joint_spring)) return
+      associate (pair => pack([(i, i=1, size(model%relative, 2))], model%relative(3, :) > 0))
+         if (size(pair) > 0) call hdf5_write(file, '/supports/relative_node', model%relative(2:, pair) - 1, '1', &
+            & 'stops, springs by a law and members between two nodes: '//node_rows)
+      end associate
       associate (spring => model%joint_spring)
          if (size(spring) == 0) return
          call hdf5_write(file, '/supports/joint_spring_node', reshape([(spring(i)%node - 1, i=1, size(spring))], &
@@ -85,7 +80,6 @@ contains
       call hdf5_attribute(file, group, 'name', step%name)
       call hdf5_attribute(file, group, 'stress_free_start', merge(1, 0, starts_anew(step)))
       associate (load => step%load)
-         if (.not. allocated(load%node_force)) return
          at = where_any(abs(load%node_force) > 0.0_wp)
          if (size(at) > 0) then
             call hdf5_write(file, group//'/node', at - 1, '1', 'nodes with forces: '//node_rows)
@@ -129,13 +123,9 @@ contains
             call hdf5_write(file, group//'/moved_obstacle', at, '1', 'obstacles that move, from 1')
             call hdf5_write(file, group//'/motion', load%motion(:, at), 'length', 'how far, in x and y')
          end if
-         if (load%n_points() == 0) return
-         allocate (pole(4, 0))
-         do i = 1, load%n_points()
-            select type (point => load%point(i)%load)
-            type is (pole_load_t)
-               pole = reshape([pole, real(point%node - 1, wp), point%pole, point%magnitude], [4, size(pole, 2) + 1])
-            end select
+         allocate (pole(4, size(load%pole_load)))
+         do i = 1, size(load%pole_load)
+            pole(:, i) = [load%pole_load(i)%node - 1.0_wp, load%pole_load(i)%pole, load%pole_load(i)%magnitude]
          end do
          if (size(pole) > 0) call hdf5_write(file, group//'/pole', pole, '1, length, length, force', &
             & 'forces whose line passes through a fixed point: node (row of /mesh/coordinates, from 0), that point, the force '// &
@@ -146,25 +136,19 @@ contains
    !> True for a step that starts from the stress-free structure, without the results of earlier steps.
    pure logical function starts_anew(step)
       type(step_t), intent(in) :: step
-      starts_anew = .false.
-      if (allocated(step%mode_offset)) starts_anew = size(step%mode_offset) > 0
+      starts_anew = size(step%mode_offset) > 0
    end function starts_anew
 
    !> Writes the group /sets: the nodes of each set.
    subroutine write_sets(file, model)
       type(hdf5_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
-      integer :: i, k
-      character(:), allocatable :: name
+      integer :: i
       call hdf5_group(file, '/sets')
-      if (.not. allocated(model%node_set)) return
       do i = 1, size(model%node_set)
-         name = trim(model%node_set(i)%name)
-         do k = 1, len(name)
-            if (name(k:k) == '/') name(k:k) = '_'
-         end do
-         if (size(model%node_set(i)%node) == 0 .or. name == '.') cycle
-         call hdf5_write(file, '/sets/'//name, model%node_set(i)%node - 1, '1', 'nodes of the set: '//node_rows)
+         if (size(model%node_set(i)%node) == 0) cycle
+         call hdf5_write(file, '/sets/'//link_name(model%node_set(i)%name), model%node_set(i)%node - 1, '1', &
+            & 'nodes of the set: '//node_rows)
       end do
    end subroutine write_sets
 

@@ -40,11 +40,9 @@ contains
       call hdf5_attribute(file, '/', 'version', version)
       call hdf5_attribute(file, '/', 'created', iso_time())
       call hdf5_attribute(file, '/', 'deck', deck)
-      if (allocated(model%length_unit)) then
-         if (model%length_unit /= '') then
-            call hdf5_attribute(file, '/', 'length_unit', model%length_unit)
-            call hdf5_attribute(file, '/', 'force_unit', model%force_unit)
-         end if
+      if (model%length_unit /= '') then
+         call hdf5_attribute(file, '/', 'length_unit', model%length_unit)
+         call hdf5_attribute(file, '/', 'force_unit', model%force_unit)
       end if
    end subroutine write_root
 
@@ -70,7 +68,7 @@ contains
       if (any(follows_curves(model%mesh%family))) call hdf5_write(file, '/mesh/direction', &
          & reshape([(home%element(i)%end_angle, i=1, size(section))], [2, size(section)]), 'radian', &
          & 'direction of the stress-free axis at both ends of every element, from the x axis to the left')
-      if (allocated(model%tie)) call write_joints(file, model)
+      call write_joints(file, model)
    end subroutine write_mesh
 
    !> Writes /joints: released ends and rigid links. The jump at a release is the difference of the displacements of its two nodes.
@@ -171,9 +169,7 @@ contains
       do c = 1, size(model%contact)
          if (model%contact(c)%obstacle /= number) cycle
          do i = 1, size(model%contact(c)%node)
-            if (allocated(model%relative)) then
-               if (any(model%relative(1, :) == model%contact(c)%node(i))) cycle
-            end if
+            if (any(model%relative(1, :) == model%contact(c)%node(i))) cycle
             associate (home => model%mesh%x(:, model%contact(c)%node(i)))
                place = reshape([place, home - model%contact(c)%gap * normal], [2, size(place, 2) + 1])
             end associate

@@ -15,7 +15,7 @@ module contact_regions
    use obstacle_pose, only: pose_t
    use obstacle_geometry, only: obstacle_gap, has_angle, contact_angle, turns_forward, unwrap_angle, contact_curvature
    use section_forces, only: local_forces, rod_direction
-   use gap_profile, only: natural_curvature
+   use rod_geometry, only: element_geometry_t
    use element_gap, only: element_gap_t, new_element_gap, gap_parts, most_parts
    use ground_regions, only: find_ground_regions
    use path_record, only: region_t
@@ -273,7 +273,13 @@ contains
       end function obstacle_slope
    end function rigid_overhang
 
-   !> Winkler foundation: zero of the gap in the open element.
+   !> Mean stress-free curvature of an element.
+   pure real(wp) function natural_curvature(element)
+      type(element_geometry_t), intent(in) :: element
+      natural_curvature = (element%end_angle(2) - element%end_angle(1)) / element%length
+   end function natural_curvature
+
+   !> Winkler foundation: place where the gap changes sign in the open element.
    real(wp) function winkler_overhang(problem, state, candidate, side) result(beyond)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -42,7 +42,7 @@ contains
       end do
    end function root_orders
 
-   !> Roots of the gap at supported ends, with their positions as arc lengths of the chain.
+   !> Roots with their places as arc lengths of the chain; none if all orders are 0.
    function chain_roots(problem, state, contact, order) result(root)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -118,54 +118,52 @@ contains
       end subroutine set_end
    end function find_ground_regions
 
-   !> Smallest gap in a range of a contact's chain; the range may exceed the chain.
-   real(wp) function smallest_ground_gap(problem, state, contact, from, to, candidate, place, root, factor) result(least)
+   !> Finds the smallest gap in a range of a contact's chain, divided by the roots that are known; the range may exceed the chain.
+   subroutine smallest_ground_gap(problem, state, contact, from, to, root, least, candidate, place, factor)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact
       real(wp), intent(in) :: from, to  !! arc lengths; on a closed chain `to` may lie beyond the chain's end, in the next circuit
-      integer, intent(out), optional :: candidate !! candidate before the element with the smallest gap, 0: empty range
-      real(wp), intent(out), optional :: place   !! position in that element, 0 to 1
-      type(gap_root_t), intent(in), optional :: root(:) !! roots divided out of the gap, see ground_ends
-      real(wp), intent(out), optional :: factor  !! factor of the division at this position; 0: the position is a root
-      type(gap_root_t), allocatable :: there(:)
+      type(gap_root_t), intent(in) :: root(:) !! roots divided out of the gap, see ground_ends; may be none
+      real(wp), intent(out) :: least
+      integer, intent(out) :: candidate !! candidate before the element with the smallest gap, 0: empty range
+      real(wp), intent(out) :: place    !! place in that element, 0 to 1
+      real(wp), intent(out) :: factor   !! factor of the division at the place; 0: the place is a root
+      type(gap_root_t) :: there(size(root))
       real(wp) :: range(2), value, tau, h
       integer :: c, round
       least = huge(1.0_wp)
-      if (present(candidate)) candidate = 0
-      if (present(place)) place = 0.0_wp
-      if (present(factor)) factor = 1.0_wp
+      candidate = 0
+      place = 0.0_wp
+      factor = 1.0_wp
       do round = 0, rounds(problem, contact)
          do c = 1, problem%ground%chain%n
             if (.not. part_of_range(problem, state, contact, c, round, from, to, range)) cycle
-            if (present(root)) then
-               h = state%geometry%element(problem%ground%chain%element(2, c))%length
-               there = root
-               there%at = (root%at - chain_place(problem, state, c)) / h
-               there%scale = root%scale / h
-               call gap_extreme(problem, told_gap(problem, state, c), .false., range(1), range(2), value, tau, there)
-            else
-               call gap_extreme(problem, told_gap(problem, state, c), .false., range(1), range(2), value, tau)
-            end if
+            h = state%geometry%element(problem%ground%chain%element(2, c))%length
+            there = root
+            there%at = (root%at - chain_place(problem, state, c)) / h
+            there%scale = root%scale / h
+            call gap_extreme(problem, told_gap(problem, state, c), .false., range(1), range(2), value, tau, there)
             if (value >= least) cycle
             least = value
-            if (present(candidate)) candidate = c
-            if (present(place)) place = tau
-            if (present(factor) .and. present(root)) factor = merge(0.0_wp, root_factor(tau, there), &
-               & any(is_at(there, tau)))
+            candidate = c
+            place = tau
+            factor = merge(0.0_wp, root_factor(tau, there), any(is_at(there, tau)))
          end do
       end do
-   end function smallest_ground_gap
+   end subroutine smallest_ground_gap
 
-   !> Largest local maximum of the gap in a range between points in contact: > 0 if the region is divided there, < 0 if not. Without
-   !> such a maximum: minus the deepest penetration. The whole range is searched, because the maximum may move.
-   real(wp) function inner_opening(problem, state, contact, from, to, candidate, place) result(opening)
+   !> Finds the largest local maximum of the gap in a range, with contact on both sides of the maximum: > 0 if the region is divided
+   !> there, < 0 if not. Without such a maximum: minus the deepest penetration. The whole range is searched, because the maximum may
+   !> move.
+   subroutine inner_opening(problem, state, contact, from, to, opening, candidate, place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact
-      real(wp), intent(in) :: from, to            !! arc lengths, as in smallest_ground_gap
-      integer, intent(out), optional :: candidate !! candidate before the element with the maximum, as in smallest_ground_gap
-      real(wp), intent(out), optional :: place    !! position in that element, 0 to 1
+      real(wp), intent(in) :: from, to
+      real(wp), intent(out) :: opening
+      integer, intent(out) :: candidate !! candidate before the element with the maximum, as in smallest_ground_gap
+      real(wp), intent(out) :: place
       type(element_gap_t) :: between
       real(wp), allocatable :: gap(:), peak(:), tau(:)
       integer, allocatable :: after(:)           ! candidate before the sample
@@ -202,8 +200,8 @@ contains
          end do
       end do
       opening = -huge(1.0_wp)
-      if (present(candidate)) candidate = 0
-      if (present(place)) place = 0.0_wp
+      candidate = 0
+      place = 0.0_wp
       if (n == 0) return
       opening = minval(gap(:n))
       found = 0
@@ -222,9 +220,9 @@ contains
          end if
       end do
       if (found == 0) return
-      if (present(candidate)) candidate = after(found)
-      if (present(place)) place = tau(found)
-   end function inner_opening
+      candidate = after(found)
+      place = tau(found)
+   end subroutine inner_opening
 
    !> True if a part of the element after a candidate lies in a range of the chain; `range` is this part.
    logical function part_of_range(problem, state, contact, candidate, round, from, to, range) result(lies)

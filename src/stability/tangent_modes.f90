@@ -203,7 +203,7 @@ contains
       call subtract_excess(system%coupling, x, y, excess)
       form = form - excess
       do node = 1, problem%model%mesh%n_nodes
-         if (.not. any(problem%spring(:, node) > 0.0_wp)) cycle
+         if (.not. any(problem%model%spring(:, node) > 0.0_wp)) cycle
          call add_node(node, spring_tangent(problem, system, node))
       end do
       pushed = node_pushes(problem, state)

@@ -1,7 +1,7 @@
 !> Loads on nodes in a state: constant loads of earlier steps and loads of the present step.
 module node_loads
    use kinds, only: wp
-   use point_load, only: point_load_item_t
+   use pole_load, only: pole_load_t
    use problem, only: problem_t
    use rod_state, only: state_t, node_position
    implicit none
@@ -31,37 +31,35 @@ contains
    end subroutine dead_node_load
 
    !> Forces of all loads that depend on the state.
-   function node_pushes(problem, state) result(list)
+   pure function node_pushes(problem, state) result(list)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(node_push_t), allocatable :: list(:)
       integer :: i, kept
       associate (constant => problem%constant, step => problem%model%step(problem%step)%load)
-         kept = constant%n_points()
-         allocate (list(kept + step%n_points()))
+         kept = size(constant%pole_load)
+         allocate (list(kept + size(step%pole_load)))
          do i = 1, kept
-            list(i) = pushed(state, constant%point(i), 1.0_wp, 0.0_wp)
+            list(i) = pushed(state, constant%pole_load(i), 1.0_wp, 0.0_wp)
          end do
-         do i = 1, step%n_points()
-            list(kept + i) = pushed(state, step%point(i), state%load_factor, 1.0_wp)
+         do i = 1, size(step%pole_load)
+            list(kept + i) = pushed(state, step%pole_load(i), state%load_factor, 1.0_wp)
          end do
       end associate
    end function node_pushes
 
    !> Force of one load that depends on the state, times a factor whose derivative by the load factor is `rate`.
-   function pushed(state, item, factor, rate) result(push)
+   pure function pushed(state, load, factor, rate) result(push)
       type(state_t), intent(in) :: state
-      type(point_load_item_t), intent(in) :: item
+      type(pole_load_t), intent(in) :: load
       real(wp), intent(in) :: factor, rate
       type(node_push_t) :: push
       real(wp) :: force(3), stiffness(3, 3)
-      associate (load => item%load)
-         push%node = load%node
-         call load%push([node_position(state, load%node), state%u(3, load%node)], force, stiffness, push%sound)
-         push%force = (factor * load%magnitude) * force
-         push%rate = (rate * load%magnitude) * force
-         push%stiffness = (factor * load%magnitude) * stiffness
-         push%stiffness_rate = (rate * load%magnitude) * stiffness
-      end associate
+      push%node = load%node
+      call load%push([node_position(state, load%node), state%u(3, load%node)], force, stiffness, push%sound)
+      push%force = (factor * load%magnitude) * force
+      push%rate = (rate * load%magnitude) * force
+      push%stiffness = (factor * load%magnitude) * stiffness
+      push%stiffness_rate = (rate * load%magnitude) * stiffness
    end function pushed
 end module node_loads

@@ -6,7 +6,7 @@
 !> it.
 module problem
    use kinds, only: wp
-   use model, only: model_t, load_t, new_load, complete_joints
+   use model, only: model_t, load_t, new_load
    use rod_samples, only: middle_section
    use element_families, only: collocates
    use rod_layout, only: layout_t, new_layout
@@ -62,7 +62,6 @@ module problem
       type(ground_t) :: ground                           !! foundations that act inside elements
       type(tableau_t) :: tableau(max_stages)
       type(ge_stiffness_t), allocatable :: compliance(:) !! (elements)
-      real(wp), allocatable :: spring(:, :)              !! (3, nodes) stiffness of springs to a fixed point
       logical, allocatable :: pressurised(:)             !! (elements) true: a pressure acts in some step
       logical, &
          & allocatable :: immersed(:)                !! (elements) true: a pressure that depends on the position acts in some step
@@ -241,7 +240,6 @@ contains
       integer :: e, i, k
       real(wp) :: softest
       associate (model => problem%model)
-         call complete_joints(model)
          problem%ties = new_tie_pattern(model%tie, carriers(model), touching(model, carriers(model)))
          problem%numbering = new_numbering(model%mesh, any(model%fixed, 1), &
             & coupled_pairs(model%mesh, problem%ties, model%joint_spring))
@@ -250,8 +248,6 @@ contains
          problem%candidates = new_candidates(model, home, distributed=.false.)
          problem%coupling = new_coupling(model, problem%candidates, home)
          problem%ground = new_ground(model, problem%tableau, home)
-         problem%spring = spread([0.0_wp, 0.0_wp, 0.0_wp], 2, model%mesh%n_nodes)
-         if (allocated(model%spring)) problem%spring = model%spring
          problem%n_unknowns = 3 * model%mesh%n_nodes
          problem%size = structure_size(home%x)
          problem%resting = rests(problem, problem%candidates, home) .and. rests(problem, problem%ground%chain, home)

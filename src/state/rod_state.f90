@@ -145,7 +145,7 @@ contains
       associate (step => problem%model%step(problem%step)%load)
          load%line_rate = step%line_force(:, e)
          load%line = problem%constant%line_force(:, e) + state%load_factor * load%line_rate
-         if (allocated(step%line_load) .or. allocated(problem%constant%line_load)) then
+         if (size(step%line_load) + size(problem%constant%line_load) > 0) then
             s = max(1, problem%model%mesh%stages(e))
             allocate (load%more)
             varies = .false.

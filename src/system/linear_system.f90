@@ -139,8 +139,8 @@ contains
          integer :: node
          real(wp) :: force(3)
          do node = 1, problem%model%mesh%n_nodes
-            if (.not. any(problem%spring(:, node) > 0.0_wp)) cycle
-            force = problem%spring(:, node) * state%u(:, node)
+            if (.not. any(problem%model%spring(:, node) > 0.0_wp)) cycle
+            force = problem%model%spring(:, node) * state%u(:, node)
             call to_node(system, node, force)
             call spread_force(problem, system%tie_block, node, force, system%residual)
             call add_matrix(problem, system%tie_block, [node], spring_tangent(problem, system, node), system%k)
@@ -232,7 +232,7 @@ contains
       integer :: i
       k = 0.0_wp
       do i = 1, 3
-         k(i, i) = problem%spring(i, node)
+         k(i, i) = problem%model%spring(i, node)
       end do
       call matrix_to_node(system, node, k)
    end function spring_tangent

@@ -37,8 +37,8 @@ contains
          scale = max(scale, rod%force_scale(problem, state, e))
       end do
       scale = max(scale, maxval(abs(state%reaction), mask=state%active))
-      scale = max(scale, maxval(problem%spring(1:2, :) * abs(state%u(1:2, :))), &
-         & maxval(problem%spring(3, :) * abs(state%u(3, :))) / problem%size)
+      scale = max(scale, maxval(problem%model%spring(1:2, :) * abs(state%u(1:2, :))), &
+         & maxval(problem%model%spring(3, :) * abs(state%u(3, :))) / problem%size)
       do e = 1, size(problem%model%joint_spring)
          associate (spring => problem%model%joint_spring(e))
             scale = max(scale, spring%stiffness * maxval(abs(state%u(spring%component, spring%node))) / &
@@ -90,7 +90,7 @@ contains
       system%gap_error = 2.0_wp * epsilon(noise) * merge(moved, problem%size, problem%resting)
       noise = maxval([problem%ground%stiffest, system%spring]) * merge(moved, problem%size, problem%resting)
       system%gap_noise = 2.0_wp * epsilon(noise) * noise / scale
-      noise = max(noise, moved * maxval(problem%spring(1:2, :)), moved * maxval(problem%spring(3, :)) / problem%size**2)
+      noise = max(noise, moved * maxval(problem%model%spring(1:2, :)), moved * maxval(problem%model%spring(3, :)) / problem%size**2)
       do e = 1, size(problem%model%joint_spring)
          associate (spring => problem%model%joint_spring(e))
             noise = max(noise, moved * spring%stiffness / merge(problem%size**2, 1.0_wp, spring%component == 3))

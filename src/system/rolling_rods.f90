@@ -57,7 +57,7 @@ contains
       of_rod = rod_nodes(problem)
       associate (model => problem%model, mesh => problem%model%mesh)
          alike = all(problem%beside(:, of_rod) > 0) .and. size(of_rod) == mesh%n_elements .and. size(model%tie) == 0 .and. &
-            & size(model%joint_spring) == 0 .and. all(problem%spring(:, of_rod) <= 0.0_wp) .and. all(mesh%curve > 0) .and. &
+            & size(model%joint_spring) == 0 .and. all(problem%model%spring(:, of_rod) <= 0.0_wp) .and. all(mesh%curve > 0) .and. &
             & all(model%contact%spans)
          if (.not. alike) return
          do n = 1, size(of_rod)
@@ -117,7 +117,7 @@ contains
             end associate
          end do
          do i = 1, size(model%step)
-            if (allocated(model%step(i)%load%line_load)) only = only .and. size(model%step(i)%load%line_load) == 0
+            only = only .and. size(model%step(i)%load%line_load) == 0
             q = model%step(i)%load%line_force(:, 1)
             only = only .and. abs(dot_product(d, q)) <= exactly_parallel * norm2(q)
          end do

@@ -42,7 +42,7 @@ contains
       associate (fixed => problem%model%fixed)
          do node = 1, problem%model%mesh%n_nodes
             do i = 1, 3
-               if (fixed(i, node) .or. problem%spring(i, node) > 0.0_wp) call add([node], motion(i))
+               if (fixed(i, node) .or. problem%model%spring(i, node) > 0.0_wp) call add([node], motion(i))
             end do
          end do
       end associate

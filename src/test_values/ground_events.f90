@@ -304,12 +304,11 @@ contains
       if (closed > 0.0_wp) from = modulo(event%from, closed)
       to = event%to + (from - event%from)
       if (event%divided) then
-         value = -inner_opening(problem, state, event%contact, from, to, candidate, tau)
-      else if (any(event%root > 0)) then
-         value = -smallest_ground_gap(problem, state, event%contact, from, to, candidate, tau, &
-            & chain_roots(problem, state, event%contact, event%root), factor)
+         call inner_opening(problem, state, event%contact, from, to, value, candidate, tau)
       else
-         value = -smallest_ground_gap(problem, state, event%contact, from, to, candidate, tau)
+         call smallest_ground_gap(problem, state, event%contact, from, to, chain_roots(problem, state, event%contact, event%root), &
+            & value, candidate, tau, factor)
       end if
+      value = -value
    end subroutine evaluate_event
 end module ground_events
