@@ -13,7 +13,7 @@ module contact_change_types
    private
    public :: step_interval_t, change_t, new_interval
    public :: change_none, change_missed, change_located
-   public :: place_within, place_here
+   public :: place_within, place_here, place_ahead
 
    ! Kinds of the first change on an increment, and how each is located:
    integer, parameter :: change_none = 0    !! none: the set is valid up to the end
@@ -23,12 +23,14 @@ module contact_change_types
    ! Places of a change.
    integer, parameter :: place_within = 0   !! the change is on the increment
    integer, parameter :: place_here = 1     !! the change is at the run's point
+   integer, parameter :: place_ahead = 2    !! the change is beyond the end of the increment
 
    !> The examined increment, with the contact tests at its ends.
    type :: step_interval_t
       type(state_t) :: from  !! beginning of the increment; if no increment converges: beginning of the last converged one
       type(path_point_t) :: to                    !! end of the increment
       logical :: stuck = .false.                  !! true: no increment converges from the end, which is the run's point
+      integer :: pivots = 0                       !! number of negative pivots at the end
       real(wp) :: scale = 0.0_wp                  !! scale of forces
       type(span_test_t), allocatable :: before(:), after(:) !! contact tests at both ends
    end type step_interval_t
@@ -59,6 +61,7 @@ contains
       interval%stuck = stuck
       interval%from = run%last%state
       if (stuck) interval%from = run%trail(1)%from
+      interval%pivots = trial%system%negative_pivots
       interval%scale = max(trial%system%force_scale, tiny(interval%scale))
       interval%after = run_span_tests(problem, interval%to%state, interval%scale)
       interval%before = run_span_tests(problem, interval%from, interval%scale)

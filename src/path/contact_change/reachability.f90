@@ -12,11 +12,18 @@ module reachability
    use path_state, only: path_state_t, path_tangent_of
    implicit none
    private
-   public :: within_reach, turns, leads_to, leads_to_next, arrival
+   public :: far, within_reach, reach_of, turns, leads_to, leads_to_next, arrival
 
+   real(wp), parameter :: far = 2.0_wp            !! increments over which a test may be extrapolated linearly
    real(wp), parameter :: within_reach = 20.0_wp  !! increments of extrapolation if no shorter one converges
 
 contains
+
+   !> Distance beyond the end of an increment at which a zero is still looked for, in lengths of the increment.
+   pure real(wp) function reach_of(interval) result(reach)
+      type(step_interval_t), intent(in) :: interval
+      reach = merge(within_reach, far, interval%stuck)
+   end function reach_of
 
    !> True if the load passes a limit point on an increment: a place found directly, not along the path, could hide this limit
    !> point.

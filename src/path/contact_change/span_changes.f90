@@ -2,7 +2,7 @@
 !> structure is remeshed, and the path continues in the sense in which the new contact or free span grows.
 module span_changes
    use kinds, only: wp
-   use model, only: step_t
+   use model, only: step_t, method_load
    use problem, only: problem_t
    use span_regions, only: find_span_regions
    use test_kinds, only: span_test_t, any_crosses, any_fails, test_words, test_gap, test_force, test_pressure, &
@@ -10,7 +10,7 @@ module span_changes
    use reachability, only: turns
    use closing_spans, only: about_to_close, close_spans
    use contact_change_types, only: step_interval_t, change_t, new_interval, change_none, change_missed, change_located, &
-      & place_within, place_here
+      & place_within, place_here, place_ahead
    use next_spans, only: next_t, copy_next, tests_of
    use span_events, only: find_change
    use minima_of_tests, only: check_between
@@ -160,7 +160,9 @@ contains
          if (request%set_changed) return
       end if
       found = .false.
-      if (.not. interval%stuck) call try_sets(problem, step, run, change%point, first, next, found, zero, interval%to%state)
+      if (.not. (interval%stuck .or. change%where == place_ahead)) then
+         call try_sets(problem, step, run, change%point, first, next, found, zero, interval%to%state)
+      end if
       if (.not. found) call try_sets(problem, step, run, change%point, first, next, found, zero)
       if (found .and. change%label == '  ') then
          regions = [size(find_span_regions(problem, change%point%state)), size(find_span_regions(first%problem, first%state))]
@@ -251,12 +253,18 @@ contains
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(arrival_t) :: arrival
+      real(wp) :: increment
       logical :: asked
       finished = .false.
+      increment = run%control%increment
+      ! For a place beyond the increment, events on the way are located by fractions of the distance to this place.
+      if (change%where == place_ahead .and. run%control%method == method_load) &
+         & run%control%increment = change%point%state%load_factor - run%last%state%load_factor
       if (.not. allocated(change%bars)) call bars_at_point(problem, step, run, change%point, change%label, &
          & .false., change%which, change%bars)
       if (change%label /= '  ' .and. tries < most_meshes .and. in_doubt(problem, step, run, interval, change)) then
          call ask_for_twice(problem, run%last%state, request, asked)
+         run%control%increment = increment
          if (asked) return
       end if
       ! Two changes at the same point: the point is recorded already, and the spreading contact is found by the next correction.
@@ -270,13 +278,19 @@ contains
          if (allocated(change%bars)) arrival%bars = change%bars
          call accept(problem, step, run, change%point, arrival, recorder, request, finished, outcome)
       end if
+      run%control%increment = increment
       if (allocated(run%onset%region)) deallocate (run%onset%region)
       run%onset%element = 0
       if (request%remeshes()) return
       request%set_changed = .not. request%shorter
       if (request%set_changed) return
-      ! An earlier event is located more reliably on a shorter increment.
-      call go_less_far(step, run, interval%after(change%which), request)
+      request%shorter = .false.
+      if (change%where == place_ahead) then
+         call check_inside(problem, step, run, interval, request)
+      else
+         ! An earlier event is located more reliably on a shorter increment.
+         call go_less_far(step, run, interval%after(change%which), request)
+      end if
    end subroutine record_change
 
    !> True if the order of two changes is uncertain: their distance is less than the sum of their error bars.

@@ -6,8 +6,9 @@ module span_events
    use free_span_gap, only: gap_at
    use test_kinds, only: any_crosses, crosses, another_fails, test_slack, test_gap, test_curvature, test_vanishing
    use contact_change_types, only: step_interval_t, change_t, change_none, change_missed, change_located, place_here
-   use span_location, only: locate_test_zero
+   use span_location, only: locate_test_zero, locate_osculation
    use beginning_place, only: complete_beginning
+   use reachability, only: turns, reach_of
    use path_state, only: path_state_t
    implicit none
    private
@@ -35,14 +36,19 @@ contains
       type(step_interval_t), intent(inout) :: interval      !! shortened if a change is located before others
       type(change_t), intent(out) :: change
       integer :: round
+      logical :: fails
       change%tests = interval%after
-      if (.not. any_crosses(interval%before, interval%after)) return
+      fails = any_crosses(interval%before, interval%after)
+      if (.not. (fails .or. turns(run, interval))) call find_osculation_ahead(problem, run, interval, change)
       do round = 0, size(interval%after)
-         call tell_places_apart(problem, interval)
-         change%which = steepest(interval)
-         call locate_test_zero(problem, step, run, interval, change)
+         if (fails) then
+            call tell_places_apart(problem, interval)
+            change%which = steepest(interval)
+            call locate_test_zero(problem, step, run, interval, change)
+         end if
          if (change%kind /= change_located .or. change%where == place_here) return
-         if (.not. another_fails(change%tests, change%which)) return
+         fails = another_fails(change%tests, change%which)
+         if (.not. fails) return
          interval%to = change%point
          interval%after = change%tests
          ! The located test counts as exactly zero at the located place.
@@ -50,6 +56,32 @@ contains
       end do
       change%kind = change_missed
    end subroutine find_first
+
+   !> Looks for a point contact that is about to become osculating, because no increment may converge at this place.
+   subroutine find_osculation_ahead(problem, run, interval, change)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(inout) :: run
+      type(step_interval_t), intent(in) :: interval
+      type(change_t), intent(inout) :: change
+      integer :: k
+      logical :: found
+      do k = 1, size(interval%after)
+         associate (before => interval%before(k), after => interval%after(k))
+            if (after%kind /= test_curvature) cycle
+            if (.not. problem%candidates%rolls(after%candidate)) cycle
+            ! Beside a closed span the place of a point contact is undetermined.
+            if (any(interval%after%kind == test_vanishing .and. interval%after%value * problem%size <= rounding_gap(problem) .and. &
+               & (interval%after%beside(1) == after%contact_span .or. interval%after%beside(2) == after%contact_span))) cycle
+            if (after%value <= 0.0_wp .or. after%value > reach_of(interval) * (before%value - after%value)) cycle
+         end associate
+         change%which = k
+         call locate_osculation(problem, run, interval, change, found)
+         if (found) exit
+      end do
+      if (change%kind == change_located) then
+         if (another_fails(change%tests, k)) change%kind = change_none
+      end if
+   end subroutine find_osculation_ahead
 
    !> Corrects gap tests at the beginning of an increment. A free span that penetrates at the end may have had its least gap
    !> elsewhere at the beginning, for instance where it just opened; no contact begins there, and the gap at the place of the later

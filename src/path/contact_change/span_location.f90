@@ -1,4 +1,4 @@
-!> Locates the zero of a test of contact spans: at the run's point or on the increment.
+!> Locates the zero of a test of contact spans: at the run's point, on the increment, or beyond its end.
 module span_location
    use kinds, only: wp
    use model, only: step_t
@@ -6,7 +6,8 @@ module span_location
    use rod_state, only: state_t
    use test_kinds, only: span_test_t, test_curvature
    use span_tests, only: run_span_tests
-   use contact_change_types, only: step_interval_t, change_t, change_located, change_missed, place_within, place_here
+   use contact_change_types, only: step_interval_t, change_t, change_located, change_missed, place_within, place_here, &
+      & place_ahead
    use osculating_contacts, only: find_osculating_contact
    use tangent_step, only: states_along
    use reachability, only: turns, leads_to, arrival
@@ -77,7 +78,8 @@ contains
          & tolerance * path_length(problem, beside(1), beside(2))
    end function grows
 
-   !> Locates an osculating contact on the increment by Newton's method.
+   !> Locates an osculating contact by Newton's method: on the increment, or beyond its end if the relative curvature is not yet
+   !> zero.
    subroutine locate_osculation(problem, run, interval, change, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -93,11 +95,19 @@ contains
             call find_osculating_contact(problem, candidate, osculating_too(problem, interval, change%which), place, found)
          end associate
          if (.not. found) return
-         found = path_length(problem, run%last%state, place) <= path_length(problem, run%last%state, interval%to%state) .and. &
-            & leads_to(problem, run%last%state, run%last%tangent, run%fresh, place)
+         if (after > 0.0_wp) then
+            found = leads_to(problem, interval%to%state, interval%to%tangent, .false., place)
+         else
+            found = path_length(problem, run%last%state, place) <= path_length(problem, run%last%state, interval%to%state) .and. &
+               & leads_to(problem, run%last%state, run%last%tangent, run%fresh, place)
+         end if
          if (.not. found) return
+         point = point_at(problem, place)
+         ! One eigenvalue may be zero there; if more have changed their sign, other events are on the way.
+         found = after <= 0.0_wp .or. abs(point%system%negative_pivots - interval%pivots) <= 1
+         if (.not. found) return
+         change%where = merge(place_ahead, place_within, after > 0.0_wp)
       end associate
-      point = point_at(problem, place)
       point%tangent = arrival(problem, run, point)
       change%kind = change_located
       change%point = point

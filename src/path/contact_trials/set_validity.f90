@@ -24,7 +24,7 @@ module set_validity
    use test_kinds, only: span_test_t, any_fails, test_slack, test_gap, test_force, test_curvature, test_pressure, &
       & test_vanishing, test_couple
    use next_spans, only: next_t, copy_next, tests_of
-   use reachability, only: leads_to_next, within_reach
+   use reachability, only: leads_to_next, far, within_reach
    use set_onset, only: find_onset
    use step_off, only: tangent_along, along, step_by, failing
    implicit none
@@ -41,7 +41,6 @@ module set_validity
    !! of the load factor from the run's point to another set
 
    real(wp), parameter :: beyond_zero = 1.1_wp    !! extrapolated distance at which tests hold / distance of their zero
-   real(wp), parameter :: far = 2.0_wp            !! largest change of the load factor from a located change to a set / increment
    real(wp), parameter :: like_increment = 0.9_wp !! part of an increment from which another whole one converges
    real(wp), parameter :: least_change = 1.0e-6_wp !! change of the load factor that an increment can make / first increment
 
