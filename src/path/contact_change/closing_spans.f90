@@ -18,6 +18,7 @@ module closing_spans
    use next_spans, only: next_t
    use set_validity, only: step_ahead
    use contact_trials, only: try_sets
+   use entering_contact_set, only: passes_value
    use set_mending, only: begin_set
    use path_control, only: control_t
    use corrector, only: increment_t
@@ -48,14 +49,13 @@ contains
       closing = pack(interval%after, near)
    end function about_to_close
 
-   !> Passes to the contact set without the given free spans, if it begins between the run's point and the given point or, if no
-   !> increment converges, just ahead.
-   subroutine close_spans(problem, step, run, point, stuck, closing, recorder, changed, finished, outcome)
+   !> Passes to the contact set without the given free spans at its onset, on the increment or just ahead.
+   subroutine close_spans(problem, step, run, point, interval, closing, recorder, changed, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(path_point_t), intent(in) :: point    !! of the present set, near the onset
-      logical, intent(in) :: stuck               !! true: no increment converges from the run's point
+      type(step_interval_t), intent(in) :: interval
       type(span_test_t), intent(in) :: closing(:) !! tests of the spans
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: changed            !! false: no such set was found
@@ -63,17 +63,28 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(next_t) :: first, next
       type(region_t), allocatable :: region(:)   ! of the set without the spans
+      integer :: fewer                           ! regions than before
       finished = .false.
       changed = size(closing) > 0
       if (.not. changed) return
       call try_sets(problem, step, run, point, first, next, changed, closing=closing)
-      if (changed .and. stuck) changed = .not. goes_on(problem, run, first%state%load_factor)
+      if (.not. changed) return
+      associate (onset => first%state%load_factor, end => interval%to%state%load_factor)
+         if (interval%stuck) then
+            changed = .not. goes_on(problem, run, onset)
+         else
+            ! A span without forces may stay closed until then; what the deck asks for on the way comes first.
+            changed = (onset - end) * (end - interval%from%load_factor) <= 0.0_wp
+            if (.not. changed) changed = .not. passes_value(problem, step, run, first, .false.)
+         end if
+      end associate
       if (.not. changed) return
       region = find_span_regions(first%problem, first%state)
-      first%times = size(find_span_regions(problem, point%state)) - size(region)
+      fewer = size(find_span_regions(problem, point%state)) - size(region)
+      first%times = max(fewer, 1)
       first%label = '  '
       ! Contact that comes to a support on the obstacle is no region any more.
-      if (first%times > 0) first%label = merge('C+', 'C-', remains_beside(problem, closing, region))
+      if (fewer > 0) first%label = merge('C+', 'C-', remains_beside(problem, closing, region))
       call begin_set(problem, step, run, first, next, recorder, finished, outcome)
    end subroutine close_spans
 

@@ -96,7 +96,7 @@ contains
          & run%control)) then
          call go_less_far(step, run, closing(1), request)
       else
-         call close_spans(problem, step, run, interval%to, interval%stuck, closing, recorder, request%set_changed, finished, &
+         call close_spans(problem, step, run, interval%to, interval, closing, recorder, request%set_changed, finished, &
             & outcome)
       end if
    end subroutine close_inside
@@ -155,7 +155,7 @@ contains
       change%label = label_of(problem, change%tests(change%which))
       zero = [change%tests(change%which), zero_too(change%tests, change%which, interval%after%value < interval%before%value)]
       if (zero(1)%kind == test_vanishing) then
-         call close_spans(problem, step, run, change%point, interval%stuck, pack(zero, zero%kind == test_vanishing), recorder, &
+         call close_spans(problem, step, run, change%point, interval, pack(zero, zero%kind == test_vanishing), recorder, &
             & request%set_changed, finished, outcome)
          if (request%set_changed) return
       end if
