@@ -27,7 +27,7 @@ module closing_spans
    use path_outcome, only: outcome_t
    implicit none
    private
-   public :: about_to_close, close_spans
+   public :: about_to_close, vanishing, close_spans
 
 contains
 
@@ -40,14 +40,27 @@ contains
       integer :: k
       do k = 1, size(near)
          associate (before => interval%before(k), after => interval%after(k))
-            near(k) = after%kind == test_vanishing
-            if (near(k)) near(k) = .not. is_passage(problem, after)
+            near(k) = size(vanishing(problem, [after])) > 0
             if (near(k)) near(k) = (is_gone(problem, after) .and. closes(interval, k)) .or. (interval%stuck .and. &
                & after%value <= within_reach * (before%value - after%value))
          end associate
       end do
       closing = pack(interval%after, near)
    end function about_to_close
+
+   !> Tests of free spans, without those of a remainder before a segment boundary that the contact beside it passes.
+   function vanishing(problem, tests)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: tests(:)
+      type(span_test_t), allocatable :: vanishing(:)
+      logical :: closes(size(tests))
+      integer :: k
+      closes = tests%kind == test_vanishing
+      do k = 1, size(tests)
+         if (closes(k)) closes(k) = .not. is_passage(problem, tests(k))
+      end do
+      vanishing = pack(tests, closes)
+   end function vanishing
 
    !> Passes to the contact set without the given free spans at its onset, on the increment or just ahead.
    subroutine close_spans(problem, step, run, point, interval, closing, recorder, changed, finished, outcome)

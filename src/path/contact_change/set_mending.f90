@@ -5,7 +5,7 @@ module set_mending
    use model, only: step_t
    use problem, only: problem_t
    use test_kinds, only: span_test_t, any_fails, test_length, test_pressure
-   use next_spans, only: next_t, copy_next, go_to_load, tests_of
+   use next_spans, only: next_t, copy_next, go_to_load
    use contact_trials, only: try_sets
    use step_off, only: tangent_along
    use entering_contact_set, only: go_to_next, adopt, passes_value
@@ -90,8 +90,8 @@ contains
       end do
    end subroutine come_before_values
 
-   !> Continues with a set found by trials: to its first equilibrium and, if a test fails there, to a later one at which all its
-   !> tests are satisfied.
+   !> Continues with a set found by trials: to its first equilibrium, and from there to a later one at which all its tests are
+   !> satisfied on other meshes, too.
    subroutine begin_set(problem, step, run, first, next, recorder, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -102,7 +102,7 @@ contains
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       call go_to_next(problem, step, run, first, recorder, finished, outcome)
-      if (finished .or. allocated(outcome%why) .or. .not. any_fails(tests_of(first))) return
+      if (finished .or. allocated(outcome%why)) return
       call go_to_next(problem, step, run, next, recorder, finished, outcome)
    end subroutine begin_set
 end module set_mending

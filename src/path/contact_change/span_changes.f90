@@ -8,7 +8,7 @@ module span_changes
    use test_kinds, only: span_test_t, any_crosses, any_fails, test_words, test_gap, test_force, test_pressure, &
       & test_crossing, test_length, test_vanishing
    use reachability, only: turns
-   use closing_spans, only: about_to_close, close_spans
+   use closing_spans, only: about_to_close, vanishing, close_spans
    use contact_change_types, only: step_interval_t, change_t, new_interval, change_none, change_missed, change_located, &
       & place_within, place_here, place_ahead
    use next_spans, only: next_t, copy_next, tests_of
@@ -154,11 +154,10 @@ contains
       logical :: found, vanishes
       change%label = label_of(problem, change%tests(change%which))
       zero = [change%tests(change%which), zero_too(change%tests, change%which, interval%after%value < interval%before%value)]
-      if (zero(1)%kind == test_vanishing) then
-         call close_spans(problem, step, run, change%point, interval, pack(zero, zero%kind == test_vanishing), recorder, &
-            & request%set_changed, finished, outcome)
-         if (request%set_changed) return
-      end if
+      ! Where a free span vanishes other tests fail because of it.
+      call close_spans(problem, step, run, change%point, interval, vanishing(problem, zero), recorder, request%set_changed, &
+         & finished, outcome)
+      if (request%set_changed) return
       found = .false.
       if (.not. (interval%stuck .or. change%where == place_ahead)) then
          call try_sets(problem, step, run, change%point, first, next, found, zero, interval%to%state)

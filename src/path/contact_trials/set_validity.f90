@@ -208,9 +208,28 @@ contains
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here
       type(trial_t), intent(inout) :: trial
+      type(next_t) :: nearer
+      type(span_test_t), allocatable :: tests(:)
       logical :: ahead
+      integer :: k
       call find_onset(step, here%problem, run, trial%set, ahead)
       if (here%vanishes) trial%valid = ahead
+      if (.not. trial%valid) return
+      ! The path goes on from a point nearer to the onset, if there is one.
+      associate (set => trial%set, there => trial%there)
+         call copy_next(set, nearer)
+         do k = 1, size(step_ahead)
+            nearer%system = set%system
+            call step_by(set, set%tangent, step_ahead(k), nearer%state, nearer%system, tests)
+            if (.not. allocated(tests)) return
+            if (abs(nearer%state%load_factor - set%state%load_factor) >= abs(there%state%load_factor - set%state%load_factor)) &
+               & return
+            if (any_fails(tests)) cycle
+            nearer%tangent = tangent_along(nearer, set%tangent%u, set%tangent%load)
+            there = nearer%path_point_t
+            return
+         end do
+      end associate
    end subroutine begin_at_onset
 
    !> True if an equilibrium lies on the run's path, and not on another one that Newton's method has found: it is at the located

@@ -21,6 +21,7 @@ module set_onset
    private
    public :: find_onset, go_back
 
+   real(wp), parameter :: exact = 1.0e-3_wp      !! tolerance of an onset, sought over many increments / that of an event on one
    integer, parameter :: most_halvings = 20     !! halvings of the load interval
    real(wp), parameter :: shorter = 0.1_wp      !! least length of a new contact or free span at its onset, as a share of the least
    !! length elsewhere (contact_spans%shortest)
@@ -41,8 +42,10 @@ contains
       type(next_t) :: outside
       type(step_interval_t) :: interval
       type(change_t) :: change
-      type(path_tangent_t) :: onward
+      type(next_t) :: known
+      type(step_t) :: fine
       ahead = .not. valid_elsewhere()
+      call copy_next(next, known)
       call go_back(run%last%state%load_factor, next, outside)
       if (.not. allocated(outside%state%u)) return
       call linearise(next%problem, next%state, next%state, next%system)
@@ -60,8 +63,9 @@ contains
       trial%tangent = heading(outside)
       call evaluate_tests(next%problem, trial)
       interval = new_interval(next%problem, back, trial, .false.)
-      onward = next%tangent
-      call find_change(next%problem, step, back, interval, change)
+      fine = step
+      fine%locate_tolerance = exact * step%locate_tolerance
+      call find_change(next%problem, fine, back, interval, change)
       if (change%kind == change_located .and. change%where == place_within) then
          next%path_point_t = change%point
       else
@@ -69,7 +73,8 @@ contains
          call go_back(outside%state%load_factor, next)
       end if
       next%test = change%which
-      next%tangent = tangent_along(next, onward%u, onward%load)
+      next%tangent = tangent_along(next, displacement_between(next%problem, next%state, known%state), &
+         & known%state%load_factor - next%state%load_factor)
       ahead = ahead .and. (next%state%load_factor - run%last%state%load_factor) * run%last%tangent%load >= 0.0_wp
 
    contains
