@@ -1,5 +1,6 @@
 !> Continues with another contact set: with that which trials found at a located change, or with a neighbour of the present set
-!> where no increment converges or no set was found at a change (contact_trials).
+!> where no increment converges or no set was found at a change (contact_trials). If no neighbour is valid, contact at many nodes
+!> gives the set (contact_in_doubt).
 module set_mending
    use kinds, only: wp
    use model, only: step_t
@@ -7,6 +8,7 @@ module set_mending
    use test_kinds, only: span_test_t, any_fails, test_length, test_pressure
    use next_spans, only: next_t, copy_next, go_to_load
    use contact_trials, only: try_sets
+   use contact_in_doubt, only: ask_nodes
    use step_off, only: tangent_along
    use entering_contact_set, only: go_to_next, adopt, passes_value
    use path_state, only: path_state_t
@@ -23,10 +25,11 @@ module set_mending
 contains
 
    !> Searches for another contact set if no increment converges or no set was found at a change, and continues with it.
-   subroutine find_other_set(problem, step, run, recorder, changed, finished, outcome)
+   subroutine find_other_set(problem, step, run, reach, recorder, changed, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
+      real(wp), intent(in) :: reach              !! size of the increment that failed
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: changed            !! false: no other set was found
       logical, intent(out) :: finished
@@ -34,8 +37,13 @@ contains
       type(next_t) :: first, next
       finished = .false.
       call try_sets(problem, step, run, run%last, first, next, changed)
-      if (.not. changed) return
-      call begin_set(problem, step, run, first, next, recorder, finished, outcome)
+      if (changed) then
+         call begin_set(problem, step, run, first, next, recorder, finished, outcome)
+      else
+         call ask_nodes(problem, run, reach, next, changed)
+         if (.not. changed) return
+         call go_to_next(problem, step, run, next, recorder, finished, outcome)
+      end if
       if (.not. (finished .or. allocated(outcome%why))) call check_return(problem, step, run, outcome)
    end subroutine find_other_set
 

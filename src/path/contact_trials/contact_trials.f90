@@ -19,7 +19,7 @@ module contact_trials
    use next_spans, only: next_t, copy_next, tests_of, go_to_load
    use path_point, only: path_point_t
    use path_state, only: path_state_t
-   use set_differences, only: number_contacts
+   use contact_in_doubt, only: tell_differences
    use rod_strips, only: strip_t, find_strips, on_strips
    use neighbours, only: doubt_t, neighbour_t, neighbours_at, edit_merge, divides, closes, no_test
    use doubts, only: doubts_of, all_doubts
@@ -97,7 +97,8 @@ contains
       do k = 1, size(before)
          before(k)%at = before(k)%at + [-near(k), near(k)]
       end do
-      call number_contacts(problem, run, before, first)
+      call tell_differences(problem, run, before, 0.0_wp * problem%layout%rod_segment%length, spread(0.0_wp, 1, &
+         & size(problem%deck%contact)), first)
       if (here%at_change) first%divides = divides(valid(best)%edit)
       next%problem%contact_span%number = first%problem%contact_span%number
    end subroutine try_sets

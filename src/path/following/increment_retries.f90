@@ -53,7 +53,7 @@ contains
       attempt%changed = problem%has_spans() .and. run%arc_length - run%left_at > attempt%asked_at
       if (.not. attempt%changed) return
       attempt%asked_at = place()
-      call find_other_set(problem, step, run, recorder, attempt%changed, attempt%finished, outcome)
+      call find_other_set(problem, step, run, attempt%first_increment, recorder, attempt%changed, attempt%finished, outcome)
       ! Contact at nodes is not tried again at the position at which the new set was found.
       attempt%asked_at = place()
       if (.not. attempt%changed) return
