@@ -328,6 +328,8 @@ contains
          line_slope = line_slope / output%length + ground(:, 1)
          line = line + ground(:, 0)
          at = section_at(here, sense, k0(0), compliance, load, line, line_slope, p)
+         ! An iterate may have compressed the rod to a point.
+         at%stretch = sign(max(abs(at%stretch), epsilon(q)), at%stretch)
          n = at%n
          m = at%m
 
