@@ -68,11 +68,11 @@ contains
       call find_change(next%problem, fine, back, interval, change)
       if (change%kind == change_located .and. change%where == place_within) then
          next%path_point_t = change%point
+         next%test = change%which
       else
          ! No equilibrium may converge where a contact osculates.
          call go_back(outside%state%load_factor, next)
       end if
-      next%test = change%which
       next%tangent = tangent_along(next, displacement_between(next%problem, next%state, known%state), &
          & known%state%load_factor - next%state%load_factor)
       ahead = ahead .and. (next%state%load_factor - run%last%state%load_factor) * run%last%tangent%load >= 0.0_wp
