@@ -14,7 +14,7 @@ module closing_spans
    use span_regions, only: find_span_regions
    use path_record, only: region_t, recorder_t
    use contact_change_types, only: step_interval_t
-   use reachability, only: within_reach
+   use reachability, only: reach_of
    use next_spans, only: next_t
    use set_validity, only: step_ahead
    use contact_trials, only: try_sets
@@ -31,18 +31,20 @@ module closing_spans
 
 contains
 
-   !> Tests of free spans that have closed on an increment or, if no increment converges, that close just ahead.
-   function about_to_close(problem, interval) result(closing)
+   !> Tests of free spans that have closed on an increment or, if another test fails or no increment converges, that close just
+   !> ahead.
+   function about_to_close(problem, interval, fails) result(closing)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(in) :: interval
+      logical, intent(in) :: fails               !! true: a test fails on the increment
       type(span_test_t), allocatable :: closing(:)
       logical :: near(size(interval%after))
       integer :: k
       do k = 1, size(near)
          associate (before => interval%before(k), after => interval%after(k))
             near(k) = size(vanishing(problem, [after])) > 0
-            if (near(k)) near(k) = (is_gone(problem, after) .and. closes(interval, k)) .or. (interval%stuck .and. &
-               & after%value <= within_reach * (before%value - after%value))
+            if (near(k)) near(k) = (is_gone(problem, after) .and. closes(interval, k)) .or. ((interval%stuck .or. fails) &
+               & .and. after%value <= reach_of(interval) * (before%value - after%value))
          end associate
       end do
       closing = pack(interval%after, near)

@@ -90,7 +90,7 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(span_test_t), allocatable :: closing(:)
       finished = .false.
-      closing = about_to_close(problem, interval)
+      closing = about_to_close(problem, interval, .false.)
       if (size(closing) == 0) return
       if (turns(run, interval) .and. .not. interval%stuck .and. 0.5_wp * abs(run%control%increment) >= smallest(step, &
          & run%control)) then
@@ -154,10 +154,12 @@ contains
       logical :: found, vanishes
       change%label = label_of(problem, change%tests(change%which))
       zero = [change%tests(change%which), zero_too(change%tests, change%which, interval%after%value < interval%before%value)]
-      ! Where a free span vanishes other tests fail because of it.
-      call close_spans(problem, step, run, change%point, interval, vanishing(problem, zero), recorder, request%set_changed, &
-         & finished, outcome)
-      if (request%set_changed) return
+      if (change%label == '  ') then
+         ! Where a free span vanishes other tests fail because of it.
+         call close_spans(problem, step, run, change%point, interval, [vanishing(problem, zero), &
+            & about_to_close(problem, interval, .true.)], recorder, request%set_changed, finished, outcome)
+         if (request%set_changed) return
+      end if
       found = .false.
       if (.not. (interval%stuck .or. change%where == place_ahead)) then
          call try_sets(problem, step, run, change%point, first, next, found, zero, interval%to%state)

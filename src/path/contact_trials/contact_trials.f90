@@ -78,7 +78,11 @@ contains
       end if
       call try_edits(step, run, here, strip, doubt, first_length, valid)
       if (here%at_change .and. size(valid) > 0) call enlarge(step, run, here, strip, doubt, valid)
-      call follow_further(valid, best)
+      if (here%vanishes) then
+         best = first_to_begin(run%last%state%load_factor, valid)
+      else
+         call follow_further(valid, best)
+      end if
       found = best > 0
       if (.not. found) return
       call copy_next(valid(best)%set, first)
@@ -190,7 +194,7 @@ contains
             if (edits == 1) call edit(step, run, here, strip, from(k), doubt, length, valid, failed)
             if (edits > 1) call edit(step, run, here, strip, from(k), doubts_of(from(k)%set%problem, from(k)%fails_at, strip, &
                & from(k)%fails, from(k)%set%system%force_scale), length, valid, failed)
-            if ((here%at_change .or. here%vanishes) .and. size(valid) > 0) return
+            if (here%at_change .and. size(valid) > 0) return
          end do
          if (size(valid) > 0) return
          call move_alloc(failed, from)
@@ -230,7 +234,7 @@ contains
             call verify(step, run, here, trial)
             if (trial%valid) then
                call append(valid, trial)
-               if (here%at_change .or. here%vanishes) return
+               if (here%at_change) return
             else if (allocated(trial%fails) .and. size(failed) < most_failed) then
                if (.not. is_among(trial, failed)) call append(failed, trial)
             end if
@@ -317,6 +321,17 @@ contains
          if (.not. same) return
       end do
    end function same_kind
+
+   !> Index of the set that begins nearest to a load factor, 0: none. Of sets that begin together, for instance those of mirror
+   !> images, the first one.
+   pure integer function first_to_begin(load, valid) result(best)
+      real(wp), intent(in) :: load
+      type(trial_t), intent(in) :: valid(:)
+      real(wp) :: distance(size(valid))
+      integer :: k
+      distance = [(abs(valid(k)%set%state%load_factor - load), k=1, size(valid))]
+      best = findloc(distance <= (1.0_wp + step_ahead(1)) * minval(distance), .true., 1)
+   end function first_to_begin
 
    !> Follows the sets found over longer and longer distances until only one of them still satisfies its tests. `best` is its index,
    !> or that of the first one left if they cannot be separated; 0: no set was found.
