@@ -65,7 +65,8 @@ contains
       select case (change%kind)
       case (change_none)
          call check_inside(problem, step, run, interval, request)
-         if (.not. request%shorter) call close_inside(problem, step, run, interval, recorder, request, finished, outcome)
+         if (.not. request%shorter) call close_at(problem, step, run, interval%to, interval, about_to_close(problem, interval, &
+            & .false.), recorder, request, finished, outcome)
       case (change_missed)
          call go_less_far(step, run, interval%after(change%which), request)
       case (change_located)
@@ -77,29 +78,28 @@ contains
          & call check_return(problem, step, run, outcome)
    end subroutine pass_change
 
-   !> Closes free spans that have closed on an increment, or that close just ahead if no increment converges. Events before the
-   !> onset of the next set could be missed: the increment is halved while a limit point lies on it.
-   subroutine close_inside(problem, step, run, interval, recorder, request, finished, outcome)
+   !> Closes free spans at a point of the increment or, if no increment converges, just ahead. Events before the onset of the next
+   !> set could be missed: a shorter increment is requested while a limit point lies on this one.
+   subroutine close_at(problem, step, run, point, interval, closing, recorder, request, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
+      type(path_point_t), intent(in) :: point
       type(step_interval_t), intent(in) :: interval
+      type(span_test_t), intent(in) :: closing(:) !! tests of the spans
       class(recorder_t), intent(inout) :: recorder
-      type(request_t), intent(inout) :: request
+      type(request_t), intent(inout) :: request  !! set_changed: the path goes on without the spans
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
-      type(span_test_t), allocatable :: closing(:)
       finished = .false.
-      closing = about_to_close(problem, interval, .false.)
       if (size(closing) == 0) return
       if (turns(run, interval) .and. .not. interval%stuck .and. 0.5_wp * abs(run%control%increment) >= smallest(step, &
          & run%control)) then
          call go_less_far(step, run, closing(1), request)
       else
-         call close_spans(problem, step, run, interval%to, interval, closing, recorder, request%set_changed, finished, &
-            & outcome)
+         call close_spans(problem, step, run, point, interval, closing, recorder, request%set_changed, finished, outcome)
       end if
-   end subroutine close_inside
+   end subroutine close_at
 
    !> Looks for a failure inside an increment at whose end the set is valid, by the slopes of the tests.
    subroutine check_inside(problem, step, run, interval, request)
@@ -156,9 +156,9 @@ contains
       zero = [change%tests(change%which), zero_too(change%tests, change%which, interval%after%value < interval%before%value)]
       if (change%label == '  ') then
          ! Where a free span vanishes other tests fail because of it.
-         call close_spans(problem, step, run, change%point, interval, [vanishing(problem, zero), &
-            & about_to_close(problem, interval, .true.)], recorder, request%set_changed, finished, outcome)
-         if (request%set_changed) return
+         call close_at(problem, step, run, change%point, interval, [vanishing(problem, zero), about_to_close(problem, interval, &
+            & .true.)], recorder, request, finished, outcome)
+         if (request%set_changed .or. request%shorter) return
       end if
       found = .false.
       if (.not. (interval%stuck .or. change%where == place_ahead)) then
