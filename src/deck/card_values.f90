@@ -6,7 +6,7 @@ module card_values
    use kinds, only: wp
    use text, only: word_at
    use diagnostics, only: place_t
-   use card_spec, only: card_spec_t, item_t, find_card, find_item, kind_word, kind_dof
+   use card_spec, only: card_spec_t, item_t, kind_word, kind_dof
    use item_values, only: convert
    use deck_cards, only: deck_t, line_end
    implicit none

@@ -6,7 +6,6 @@ module closing_spans
    use kinds, only: wp
    use model, only: step_t, method_load
    use problem, only: problem_t, rounding_gap
-   use rod_state, only: state_t
    use contact_spans, only: shortest, line_share
    use past_breakpoints, only: beyond
    use test_kinds, only: span_test_t, any_fails, test_vanishing

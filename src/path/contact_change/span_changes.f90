@@ -1,12 +1,17 @@
 !> Changes of the contact spans along a path: the change is located at the zero of a test function, the contact set is changed, the
-!> structure is remeshed, and the path continues in the sense in which the new contact or free span grows.
+!> structure is remeshed, and the path continues in the sense in which the new contact or free span grows. The walk of a change:
+!>
+!>   find_change     the test that is zero first, and where (span_events, span_location)
+!>   close_spans     the set without free spans that vanish there, at its onset (closing_spans, set_onset)
+!>   try_sets        otherwise the first neighbour of the set that all tests accept (contact_trials)
+!>   record_change   the point, labelled as contact gained, lost or neither
+!>   begin_located   the first equilibrium of the set, from which the path continues (set_mending, entering_contact_set)
 module span_changes
    use kinds, only: wp
    use model, only: step_t, method_load
    use problem, only: problem_t
    use span_regions, only: find_span_regions
-   use test_kinds, only: span_test_t, any_crosses, any_fails, test_words, test_gap, test_force, test_pressure, &
-      & test_crossing, test_length, test_vanishing
+   use test_kinds, only: span_test_t, any_fails, test_words, test_gap, test_force, test_crossing, test_length
    use reachability, only: turns
    use closing_spans, only: about_to_close, vanishing, close_spans
    use contact_change_types, only: step_interval_t, change_t, new_interval, change_none, change_missed, change_located, &
@@ -23,7 +28,6 @@ module span_changes
    use set_mending, only: begin_located
    use vanished_length, only: find_vanished
    use contact_trials, only: try_sets
-   use path_events, only: event_t, new_test_values, value_events, event_stop
    use path_point, only: path_point_t
    use path_state, only: path_state_t, path_tangent_of, small_load
    use path_acceptance, only: arrival_t, accept
@@ -168,7 +172,7 @@ contains
       if (found .and. change%label == '  ') then
          regions = [size(find_span_regions(problem, change%point%state)), size(find_span_regions(first%problem, first%state))]
          change%divides = regions(2) > regions(1) .and. first%divides
-         ! A contact that only moves is none that is lost or gained.
+         ! If the number of regions is unchanged, contact has only moved along the rod: none is lost or gained.
          if (regions(2) /= regions(1)) change%label = first%label
          if (regions(2) > regions(1)) change%label = merge('C-', 'C+', change%divides)
          ! A contact at a support on the obstacle is no region: the line that has shrunk onto the support is lost.

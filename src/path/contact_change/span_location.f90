@@ -23,7 +23,8 @@ module span_location
 
 contains
 
-   !> Locates the zero of the test `change%which` on the interval, whose ends enclose it.
+   !> Locates the zero of the test `change%which` on the interval, whose ends enclose it. The tolerance (LOCATE of *CONTROLS) is one
+   !> of the test's value, as a share of its larger value at the ends, not one of the load.
    subroutine locate_test_zero(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step

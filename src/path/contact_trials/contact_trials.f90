@@ -1,7 +1,7 @@
 !> Finds the next contact set by trials. Each neighbour of the present set, that is, a set that differs from it by one edit
 !> (neighbours), is solved for its equilibrium, in which the new contact or free span has a prescribed length (set_trial), and is
 !> kept if all its tests are satisfied there or a short step further along the path (set_validity). The kind of the failing test
-!> gives the order of the edits; whether a set is valid is decided by its tests alone.
+!> gives the order of the edits; the tests of a set, and whether its path is that of the run, decide whether it is valid.
 !>
 !> If no set remains after one edit, a second edit is made where the tests of the edited set fail. At a located change the first
 !> set that is valid is taken. Elsewhere, if several sets remain, they are followed over ten times longer paths until one is left:

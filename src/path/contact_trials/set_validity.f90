@@ -1,5 +1,12 @@
 !> Verification of a contact set: whether the path continues with it. A set is valid if all its tests are satisfied at its
-!> equilibrium or a short step along its path (step_off); no rule connects the test that failed with the set that follows.
+!> equilibrium or a short step along its path (step_off), and if this path is the run's:
+!>
+!>   is_near             its equilibrium is near the run's point                                  every set
+!>   on_path             within reach of the last increment, or in the path's direction           where no change is located
+!>   goes_on_smoothly    ahead, and no eigenvalue has changed its sign                             new lengths at a located change
+!>   gaps_are_open       free spans are open by more than rounding                                 sets with a new free span
+!>   complement_grows    a contact that began is pressed, a gap that opened grows                  gap or force of a point is zero
+!>   contact_holds       contacts of nodes have the right sign                                     where no change is located
 !>
 !> The path is smooth where a new contact or free span begins with zero length, so such a set continues in the sense in which the
 !> path arrives at the run's point, and its tests decide at its own equilibrium, because the change is behind it. Where a contact
@@ -40,7 +47,7 @@ module set_validity
    real(wp), parameter :: farthest = 0.2_wp  !! largest distance over which several sets are compared, and largest relative change
    !! of the load factor from the run's point to another set
 
-   real(wp), parameter :: beyond_zero = 1.1_wp    !! extrapolated distance at which tests hold / distance of their zero
+   real(wp), parameter :: beyond_zero = 1.1_wp    !! distance that is tried / distance at which the tests are zero by extrapolation
    real(wp), parameter :: like_increment = 0.9_wp !! part of an increment from which another whole one converges
    real(wp), parameter :: least_change = 1.0e-6_wp !! change of the load factor that an increment can make / first increment
 

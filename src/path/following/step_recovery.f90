@@ -1,6 +1,7 @@
 !> Remedies after a failed increment, in this order: release of interface points, a contact change just ahead, the mesh before the
-!> last coarsening, a mesh twice as fine, a corner of the path, a shorter increment. A remedy is skipped if its condition is not
-!> met. Each remedy returns `done` if no other must be tried, because it succeeded or the run ends.
+!> last coarsening, a mesh twice as fine, a corner of the path, a shorter increment; if it would become too short, another contact
+!> set by trials, or by contact at nodes (set_mending). A remedy is skipped if its condition is not met. Each remedy returns `done`
+!> if no other must be tried, because it succeeded or the run ends.
 module step_recovery
    use kinds, only: wp
    use model, only: step_t, method_load, method_displacement

@@ -4,7 +4,7 @@ module set_onset
    use kinds, only: wp
    use model, only: step_t, method_load
    use problem, only: problem_t, rounding_gap
-   use next_spans, only: next_t, copy_next, go_to_load, tests_of
+   use next_spans, only: next_t, copy_next, go_to_load
    use test_kinds, only: span_test_t, any_fails, test_length, test_crossing
    use contact_spans, only: shortest
    use converged_state, only: contact_holds
