@@ -329,6 +329,8 @@ contains
       type(trial_t), intent(in) :: valid(:)
       real(wp) :: distance(size(valid))
       integer :: k
+      best = 0
+      if (size(valid) == 0) return
       distance = [(abs(valid(k)%set%state%load_factor - load), k=1, size(valid))]
       best = findloc(distance <= (1.0_wp + step_ahead(1)) * minval(distance), .true., 1)
    end function first_to_begin
