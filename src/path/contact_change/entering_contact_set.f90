@@ -179,14 +179,15 @@ contains
       on%last = point_at(next%problem, state)
       associate (here => on%last)
          rise = next%state%load_factor - here%state%load_factor
-         if (.not. is_there(on, next)) then
-            here%tangent = path_tangent_at(next%problem, next%system, displacement_between(next%problem, here%state, next%state), &
-               & rise)
-         else if (allocated(next%tangent%u)) then
+         ! A chord between two meshes may be shorter than their difference, so a known tangent comes first.
+         if (allocated(next%tangent%u)) then
             here%tangent = next%tangent
-         else
+         else if (is_there(on, next)) then
             here%tangent = path_tangent_at(next%problem, next%system, carried_field(problem, run%last%state, &
                & run%last%tangent%u, next%problem, here%state), run%last%tangent%load)
+         else
+            here%tangent = path_tangent_at(next%problem, next%system, displacement_between(next%problem, here%state, next%state), &
+               & rise)
          end if
          here%test_values = new_test_values(next%problem, here%state, next%system, here%tangent%load)
       end associate
