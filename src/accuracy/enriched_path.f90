@@ -32,8 +32,9 @@ module enriched_path
       !! inside an element the polynomials have different orders
       type(path_tangent_t) :: heading                 !! tangent of the problem's own path
       integer, allocatable :: ends(:)            !! touchdown points whose positions are values, see place_functional
-      real(wp), allocatable :: modes(:, :)       !! (unknowns, multiplicity) at a bifurcation: null vectors; Newton steps have no
-      !! component along them
+      real(wp), allocatable :: modes(:, :)       !! (unknowns, multiplicity) null vectors of bifurcations at the point; Newton
+      !! steps, and tangents at limit points, have no component along them
+      logical :: at_limit = .false.              !! true: the point is a limit point, and `modes` does not contain its null vector
    end type enriched_path_t
 
    !> A point of the enriched problem's path.
@@ -109,6 +110,7 @@ contains
          end do
          if (.not. point%ok) return
          point%value = values_at(path, point)
+         if (path%at_limit) call leave_out(problem, path%modes, directions_of(path, point%system), point%system%tangent)
          point%heading = path_tangent_at(problem, point%system, path%heading%u, path%heading%load)
       end associate
    end subroutine next_point
@@ -229,10 +231,27 @@ contains
          end if
          call solve_contact_step(problem, point%state, point%system, rhs, .true., step)
          point%ok = step%ok
-         if (.not. point%ok .or. size(path%modes, 2) == 0) return
-         call leave_out(problem, path%modes, new_null_directions(problem, point%system, path%modes), step%x)
+         if (.not. point%ok) return
+         call leave_out(problem, path%modes, directions_of(path, point%system), step%x)
       end associate
    end subroutine solve_step
+
+   !> Directions along which solutions have arbitrary components, see null_directions. At a limit point the tangent is a null vector,
+   !> too, but the path constraint fixes the component along it.
+   function directions_of(path, system) result(direction)
+      type(enriched_path_t), intent(in) :: path
+      type(system_t), intent(in) :: system       !! factored, with its constraint row
+      real(wp), allocatable :: direction(:, :)   !! (unknowns, multiplicity)
+      real(wp) :: along
+      integer :: k
+      direction = new_null_directions(path%problem, system, path%modes)
+      if (.not. path%at_limit) return
+      along = dot_product(system%path_row, system%tangent)
+      do k = 1, size(direction, 2)
+         if (abs(along) > 0.0_wp) direction(:, k) = direction(:, k) - system%tangent * (dot_product(system%path_row, &
+            & direction(:, k)) / along)
+      end do
+   end function directions_of
 
    !> Adds a step to the state of the point; the system remains that of the start of the step.
    subroutine go(path, step, point)

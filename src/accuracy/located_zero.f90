@@ -7,7 +7,7 @@ module located_zero
    use rod_state, only: state_t
    use linear_system, only: system_t
    use element_products, only: element_deformation
-   use path_events, only: event_t, new_test_values, event_value, event_bifurcation
+   use path_events, only: event_t, new_test_values, event_value, event_bifurcation, event_limit
    use test_kinds, only: span_test_t, test_length, test_crossing, test_couple
    use breakpoint_forces, only: breakpoint_couple
    use span_tests, only: run_span_tests
@@ -30,6 +30,7 @@ module located_zero
    type :: zero_t
       type(event_t), allocatable :: event
       real(wp), allocatable :: modes(:, :)       !! (unknowns, multiplicity) bifurcation: null vectors, node axes
+      real(wp), allocatable :: coincident(:, :)  !! (unknowns, any number) limit point: null vectors of coincident bifurcations
       integer :: test = 0                        !! number of the test in run_span_tests; 0: none
    end type zero_t
 
@@ -47,14 +48,44 @@ contains
       type(zero_t), intent(out) :: zero
       type(modes_t) :: modes
       type(error_t), allocatable :: error
+      real(wp) :: change
       integer :: n
       zero%event = event
-      if (event%kind /= event_bifurcation) return
+      if (all(event%kind /= [event_bifurcation, event_limit])) return
+      change = event%scale
+      ! Along a path tangent t of length 1 the tangent stiffness K, the load rate p' and the load vector q satisfy t.K t = p' q.t.
+      if (event%kind == event_limit) change = change * abs(dot_product(system%tangent, system%load)) / &
+         & max(sqrt(likeness(problem, system%tangent, system%tangent)), tiny(change))
       call lowest_modes(problem, state, system, most_null_vectors + 1, modes, error)
-      ! Next to a singular tangent the mode is usable even if the iteration for it has not converged.
-      n = max(count(abs(modes%mu) <= as_zero * event%scale), min(modes%n, 1))
-      if (n > 0) zero%modes = modes%x(:, :n)
+      n = count(abs(modes%mu) <= as_zero * change)
+      if (event%kind == event_limit) then
+         zero%coincident = without_work(system%load, modes%x(:, :n))
+      else
+         ! Next to a singular tangent the mode is usable even if the iteration for it has not converged.
+         n = max(n, min(modes%n, 1))
+         if (n > 0) zero%modes = modes%x(:, :n)
+      end if
    end subroutine new_zero
+
+   !> Basis of the null vectors on which the load does no work. At a limit point they are null vectors of bifurcations: on the null
+   !> vector of the limit point itself the load works.
+   pure function without_work(load, modes) result(basis)
+      real(wp), intent(in) :: load(:)            !! (unknowns) node axes
+      real(wp), intent(in) :: modes(:, :)        !! (unknowns, any number) null vectors, orthonormal in the metric
+      real(wp), allocatable :: basis(:, :)       !! (unknowns, one less, or none), orthonormal
+      real(wp) :: work(size(modes, 2)), mirror(size(modes, 2))
+      integer :: k, n
+      n = size(modes, 2)
+      allocate (basis(size(modes, 1), max(0, n - 1)))
+      if (n < 2) return
+      ! A reflection that takes the last coordinate vector to the direction of `work` takes the others to the basis (Householder).
+      work = matmul(load, modes)
+      mirror = work / norm2([work, tiny(work)])
+      mirror(n) = mirror(n) + sign(1.0_wp, mirror(n))
+      do k = 1, n - 1
+         basis(:, k) = modes(:, k) - matmul(modes, mirror) * (2.0_wp * mirror(k) / dot_product(mirror, mirror))
+      end do
+   end function without_work
 
    !> Test function at a converged point; NaN if it is undefined there.
    function zero_value(problem, zero, state, system, load_rate) result(value)

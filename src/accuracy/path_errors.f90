@@ -124,6 +124,7 @@ contains
       type(crossing_t) :: crossing
       type(contributions_t) :: shares
       real(wp), allocatable :: by_eigenvalue(:)  ! (elements) error contributions to the eigenvalue of a bifurcation
+      real(wp), allocatable :: left_out(:, :)    ! (unknowns, any number) null vectors along which displacements are rounding
       real(wp), allocatable :: modes(:, :), value(:), final(:), unseen(:), sizes(:), rounding(:)
       type(functional_t), allocatable :: gap     ! event function, if it is the gap to a foundation
       real(wp) :: reach, local, most, doubt, noise
@@ -153,7 +154,10 @@ contains
       if (control%method == method_load) reach = abs(rise)
       ends = moving_ends(problem)
       call find_event_gap(problem, zero, state, system, gap)
-      call begin(problem, finer, state, system, control, heading, ends, modes, path, first, shares, value, gap)
+      left_out = modes
+      if (allocated(zero%coincident)) left_out = zero%coincident
+      call begin(problem, finer, state, system, control, heading, ends, left_out, path, first, shares, value, gap)
+      path%at_limit = zero_is(zero, event_limit)
       if (size(modes, 2) > 0) by_eigenvalue = eigenvalue_shares(problem, system, first%system, modes)
       if (first%ok) call next_point(path, 0.0_wp, first)
       if (.not. first%ok) then
@@ -162,7 +166,8 @@ contains
          return
       end if
       bars%unfolding = shares%unfolding
-      bars%missed = unstable_difference(problem, state, system, path, first, max(1, size(modes, 2)))
+      ! The null vector of a limit point is not among those that are left out.
+      bars%missed = unstable_difference(problem, state, system, path, first, size(left_out, 2) + merge(0, 1, size(modes, 2) > 0))
       call find_crossing(path, zero, reach, load_rounding(), first, crossing)
       if (.not. allocated(crossing%why)) call doubt_crossing(path, zero, first, crossing)
       if (allocated(crossing%why)) then
@@ -367,6 +372,7 @@ contains
       type(enriched_point_t) :: point
       call new_finer_path(path%problem, finest, first%state, path%control, path%heading, path%ends, next)
       next%modes = path%modes
+      next%at_limit = path%at_limit
       call start_point(next, finest, point)
       call next_point(next, 0.0_wp, point)
       if (.not. point%ok) then
