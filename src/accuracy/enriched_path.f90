@@ -236,8 +236,8 @@ contains
       end associate
    end subroutine solve_step
 
-   !> Directions along which solutions have arbitrary components, see null_directions. At a limit point the tangent is a null vector,
-   !> too, but the path constraint fixes the component along it.
+   !> Directions along which solutions have arbitrary components, see null_directions. At a limit point the tangent is a null
+   !> vector, too, but the path constraint fixes the component along it.
    function directions_of(path, system) result(direction)
       type(enriched_path_t), intent(in) :: path
       type(system_t), intent(in) :: system       !! factored, with its constraint row

@@ -18,7 +18,7 @@ module located_zero
    use rod_profile, only: profile_error
    use state_functional, only: functional_t, new_functional
    use gap_functional, only: new_place_gap_functional
-   use tangent_modes, only: modes_t, lowest_modes, apply_tangent, mode_tolerance, most_null_vectors
+   use tangent_modes, only: modes_t, lowest_modes, null_vectors, apply_tangent, mode_tolerance, most_null_vectors
    use axial_rigidity, only: shrinking_forces
    use bordered_system, only: solve_effective
    use null_directions, only: likeness, times_metric, new_null_directions, leave_out
@@ -56,8 +56,7 @@ contains
       ! Along a path tangent t of length 1 the tangent stiffness K, the load rate p' and the load vector q satisfy t.K t = p' q.t.
       if (event%kind == event_limit) change = change * abs(dot_product(system%tangent, system%load)) / &
          & max(sqrt(likeness(problem, system%tangent, system%tangent)), tiny(change))
-      call lowest_modes(problem, state, system, most_null_vectors + 1, modes, error)
-      n = count(abs(modes%mu) <= as_zero * change)
+      call null_vectors(problem, state, system, as_zero * change, modes, n, error)
       if (event%kind == event_limit) then
          zero%coincident = without_work(system%load, modes%x(:, :n))
       else

@@ -22,8 +22,8 @@ module tangent_modes
    use block_krylov, only: operator_t, spectrum_t, largest_eigenvalues
    implicit none
    private
-   public :: modes_t, lowest_modes, bending_stiffness, stretching_work, choose_null_vectors, apply_tangent, nodal_mode, deck_mode, &
-      & numbered_eigenvalue, mode_tolerance, most_null_vectors
+   public :: modes_t, lowest_modes, null_vectors, bending_stiffness, stretching_work, choose_null_vectors, apply_tangent, &
+      & nodal_mode, deck_mode, numbered_eigenvalue, mode_tolerance, most_null_vectors
 
    !> Eigenvalues nearest zero, in order of size.
    type :: modes_t
@@ -96,6 +96,23 @@ contains
       modes%x = modes%x(:, :modes%n)
       modes%was_negative = modes%was_negative(:modes%n)
    end subroutine lowest_modes
+
+   !> Computes the modes whose eigenvalues vanish, in a state at which the system is assembled and factored. Most critical points
+   !> have one null vector, so that two modes are computed first, and all only if both eigenvalues vanish.
+   subroutine null_vectors(problem, state, system, limit, modes, n, error)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: limit          !! eigenvalues of at most this size count as zero
+      type(modes_t), intent(out) :: modes    !! the first n modes are the null vectors; at least one mode, unless there is an error
+      integer, intent(out) :: n              !! number of null vectors, at most most_null_vectors
+      type(error_t), allocatable, intent(out) :: error !! see lowest_modes
+      call lowest_modes(problem, state, system, 2, modes, error)
+      n = count(abs(modes%mu) <= limit)
+      if (n < 2) return
+      call lowest_modes(problem, state, system, most_null_vectors, modes, error)
+      n = count(abs(modes%mu) <= limit)
+   end subroutine null_vectors
 
    !> EI/size of the softest section: the stiffness along paths with bending, apart from a factor of at least pi^4.
    pure real(wp) function bending_stiffness(problem)

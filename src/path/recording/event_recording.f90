@@ -9,7 +9,7 @@ module event_recording
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
    use located_zero, only: as_zero
-   use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, nodal_mode, deck_mode, most_null_vectors
+   use tangent_modes, only: modes_t, null_vectors, choose_null_vectors, nodal_mode, deck_mode
    use force_free_contact, only: remove_force_free_lines, let_turn, line_opening
    use path_control, only: path_length
    use path_point, only: path_point_t
@@ -195,8 +195,9 @@ contains
       type(error_t), allocatable :: error
       real(wp) :: sense
       integer :: n, j
-      call lowest_modes(problem, state, system, most_null_vectors, modes, error)
-      n = max(count(abs(modes%mu) <= min(max(1.0e3_wp * step%locate_tolerance, same_place), as_zero) * event%scale), 1)
+      call null_vectors(problem, state, system, min(max(1.0e3_wp * step%locate_tolerance, same_place), as_zero) * event%scale, &
+         & modes, n, error)
+      n = max(n, 1)
       call choose_null_vectors(problem, state, system, n, modes)
       allocate (point%null_vector(3, problem%deck%mesh%n_nodes, n))
       do j = 1, n
