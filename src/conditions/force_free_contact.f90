@@ -24,7 +24,7 @@ module force_free_contact
    use bordered_system, only: linearise
    implicit none
    private
-   public :: any_force_free, remove_force_free_lines, count_released, let_turn, line_opening
+   public :: any_force_free, remove_force_free_lines, isolate_force_free_lines, count_opening, let_turn, line_opening
 
    real(wp), parameter :: nothing = 1.0e-7_wp   !! a force below this part of the structure's forces counts as zero; no input deck
    !! changes from 1E-8 to 1E-6
@@ -124,21 +124,51 @@ contains
       no_force = nothing * max(system%force_scale, tiny(no_force))
    end function no_force
 
-   !> Counts the negative pivots of the tangent of the reduced problem, in which force-free line contacts are removed.
-   subroutine count_released(problem, state, system, pivots, any_weak)
+   !> Creates the reduced problem, as remove_force_free_lines does, and holds all of the structure but the rods between the ends of
+   !> the former force-free lines. To the first order nothing else moves with these rods: their ends keep position and direction.
+   !> The negative eigenvalues of this problem belong to directions that open force-free contacts, in addition to those of the
+   !> structure with its contacts.
+   subroutine isolate_force_free_lines(problem, state, system, free, released, any_weak)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system      !! assembled at `state`
+      type(problem_t), intent(inout) :: free
+      type(state_t), intent(inout) :: released  !! `state` on the mesh of `free`
+      logical, intent(out) :: any_weak          !! false: no line contact is force-free; `free` and `released` are unchanged
+      type(contact_span_t), allocatable :: contact_span(:)
+      logical, allocatable :: moves(:)          ! (nodes of `free`)
+      integer :: k, e
+      real(wp) :: at
+      call remove_force_free_lines(problem, state, system, free, released, any_weak)
+      if (.not. any_weak) return
+      contact_span = pack(present_contact_spans(problem, state), force_free(problem, state, system))
+      allocate (moves(free%model%mesh%n_nodes), source=.false.)
+      do k = 1, size(contact_span)
+         do e = free%element_first(contact_span(k)%rod_segment), free%element_last(contact_span(k)%rod_segment)
+            at = 0.5_wp * sum(released%geometry%element(e)%s) + free%origin(e)
+            if (at > contact_span(k)%at(1) .and. at < contact_span(k)%at(2)) moves(free%model%mesh%node(:, e)) = .true.
+         end do
+      end do
+      moves(pack(free%candidates%node, free%candidates%contact_span > 0 .and. free%candidates%follows)) = .false.
+      free%model%fixed = free%model%fixed .or. spread(.not. moves, 1, 3)
+      free%hinge = [integer ::]
+   end subroutine isolate_force_free_lines
+
+   !> Counts the unstable directions that open force-free contacts.
+   subroutine count_opening(problem, state, system, opening, any_weak)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled and factored at `state`
-      integer, intent(out) :: pivots            !! those of `system` if no line contact is force-free
+      integer, intent(out) :: opening           !! 0 if the reduced system is singular
       logical, intent(out) :: any_weak          !! true: a line contact is force-free
-      pivots = system%negative_pivots
+      opening = 0
       any_weak = any_force_free(problem, state, system)
-      if (any_weak) call count_in_reduced(problem, state, system, pivots)
-   end subroutine count_released
+      if (any_weak) call count_isolated(problem, state, system, opening)
+   end subroutine count_opening
 
-   !> Counts the negative pivots of the reduced problem, if a line contact is force-free; a separate procedure, so that a problem is
-   !> created, cleared and deallocated only then.
-   subroutine count_in_reduced(problem, state, system, pivots)
+   !> Counts the negative pivots of the rods on force-free lines; a separate procedure, so that a problem is created, cleared and
+   !> deallocated only then.
+   subroutine count_isolated(problem, state, system, pivots)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
@@ -147,12 +177,12 @@ contains
       type(state_t) :: released
       type(system_t) :: other
       logical :: any_weak
-      call remove_force_free_lines(problem, state, system, free, released, any_weak)
+      call isolate_force_free_lines(problem, state, system, free, released, any_weak)
       if (.not. any_weak) return
       other = new_system(free)
       call linearise(free, released, released, other)
       if (other%ok) pivots = other%negative_pivots
-   end subroutine count_in_reduced
+   end subroutine count_isolated
 
    !> Prepares the reduced problem for a path that leaves the wall: osculating contacts become point contacts with free rotation.
    pure subroutine let_turn(free)

@@ -62,8 +62,9 @@ contains
       if (deck%at%n_lines == 0) branch%stop = step%stop
       if (.not. deck%defines(known%list, branch%name)) return
       side = deck%word('SIDE')
+      branch%both = side == 'BOTH'
       known%branch = [known%branch, size(step%branch) + 1]
-      known%two_sides = [known%two_sides, side == 'BOTH']
+      known%two_sides = [known%two_sides, branch%both]
       if (side /= 'MINUS') then
          branch%side = 1
          step%branch = [step%branch, branch]

@@ -194,6 +194,7 @@ module model
       integer :: bifurcation = 1                !! number of the bifurcation (BP) on that path within the step
       integer :: mode = 1                       !! number of the null vector (multiple bifurcations have several)
       integer :: side = 1                       !! 1: along the null vector, -1: against it
+      logical :: both = .false.                 !! true: the card asks for both sides; the other one is another branch
       integer :: max_points = 0
       real(wp) :: increment = 0.0_wp            !! first arc length; 0: chosen by the program (branches)
       type(threshold_t), allocatable :: stop(:)

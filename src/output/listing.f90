@@ -134,6 +134,8 @@ contains
       cell(n - 2)%text = to_text(point%iterations)
       cell(n - 1)%text = scientific(point%residual, 2)
       cell(n)%text = to_text(point%negative_pivots)
+      if (point%free_pivots > point%negative_pivots) cell(n)%text = trim(cell(n)%text)//'+'//to_text(point%free_pivots - &
+         & point%negative_pivots)
       call widen_columns(listing%column, cell)
       call write_title(listing, point%step)
       call write_row(listing%unit, listing%column, cell, emphasised=listing%coloured .and. point%label /= '')

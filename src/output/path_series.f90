@@ -152,8 +152,9 @@ contains
       call series_integer(set, 'iterations', point%iterations, '1', 'Newton iterations')
       call series_real(set, 'residual', point%residual, '1', 'relative residual')
       call series_integer(set, 'negative_pivots', point%negative_pivots, '1', &
-         & 'negative pivots of the tangent on the null space of the active constraints; 0: stable')
-      call series_integer(set, 'free_pivots', point%free_pivots, '1', 'the same, without contacts that carry no force')
+         & 'negative pivots of the tangent on the null space of the active constraints')
+      call series_integer(set, 'free_pivots', point%free_pivots, '1', &
+         & 'the same and those directions in which contacts without force open; 0: stable')
       call series_integer(set, 'active_contacts', point%active_contacts, '1', 'candidates in contact')
       call series_integer(set, 'lcp_size', point%lcp_size, '1', 'largest LCP of the increment')
       call series_integer(set, 'lcp_pivots', point%lcp_pivots, '1', 'pivots of all LCPs of the increment')

@@ -23,7 +23,7 @@ module tangent_modes
    implicit none
    private
    public :: modes_t, lowest_modes, null_vectors, bending_stiffness, stretching_work, choose_null_vectors, apply_tangent, &
-      & nodal_mode, deck_mode, numbered_eigenvalue, mode_tolerance, most_null_vectors
+      & nodal_values, deck_mode, numbered_eigenvalue, mode_tolerance, most_null_vectors
 
    !> Eigenvalues nearest zero, in order of size.
    type :: modes_t
@@ -280,16 +280,6 @@ contains
          values = deck_node_rates(problem, state, system, x, 0.0_wp)
       end if
    end function deck_values
-
-   !> A mode at the nodes of the mesh, scaled.
-   function nodal_mode(problem, system, x) result(mode)
-      type(problem_t), intent(in) :: problem
-      type(system_t), intent(in) :: system
-      real(wp), intent(in) :: x(:)           !! (unknowns) node axes
-      real(wp) :: mode(3, size(problem%weight)), sense
-      mode = nodal_values(problem, system, x)
-      call scale_mode(mode, sense)
-   end function nodal_mode
 
    !> Values of unknowns at the nodes of the mesh, global axes.
    function nodal_values(problem, system, x) result(values)

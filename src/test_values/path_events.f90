@@ -30,7 +30,7 @@ module path_events
       real(wp) :: load_factor = 0.0_wp
       real(wp) :: load_rate = 0.0_wp          !! d(load factor)/d(arc length) along the path
       integer :: negative_pivots = 0
-      integer :: free_pivots = 0              !! negative pivots without force-free contact
+      integer :: opening = 0                  !! number of unstable directions that open force-free contacts
       logical :: weak = .false.               !! force-free contact exists
       real(wp), allocatable :: monitor(:)
       real(wp), allocatable :: monitor_rate(:) !! d(monitor)/d(arc length) of monitors with turning points
@@ -114,10 +114,10 @@ contains
          event%note = 'bifurcation'
          call append(event)
       end do
-      if (before%weak .and. after%weak .and. before%negative_pivots == after%negative_pivots) then
-         do i = min(before%free_pivots, after%free_pivots) + 1, max(before%free_pivots, after%free_pivots)
-            event = event_t(kind=event_release, label='BP', number=i, least=min(before%free_pivots, after%free_pivots), &
-               & most=max(before%free_pivots, after%free_pivots))
+      if (before%weak .and. after%weak) then
+         do i = min(before%opening, after%opening) + 1, max(before%opening, after%opening)
+            event = event_t(kind=event_release, label='BP', number=i, least=min(before%opening, after%opening), &
+               & most=max(before%opening, after%opening))
             event%note = 'bifurcation, one-sided: contacts without force open'
             call append(event)
          end do
@@ -305,7 +305,7 @@ contains
          ! Here only the sign is known; event_location computes the eigenvalue.
          value = merge(-1.0_wp, 1.0_wp, event%number <= test_values%negative_pivots)
       case (event_release)
-         value = merge(-1.0_wp, 1.0_wp, event%number <= test_values%free_pivots)
+         value = merge(-1.0_wp, 1.0_wp, event%number <= test_values%opening)
       case (event_turning)
          value = test_values%monitor_rate(event%monitor)
       case (event_contact)

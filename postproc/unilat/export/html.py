@@ -137,13 +137,12 @@ class Drawn:
                 between.append([])
             else:
                 between[-1].append({"row": round(frame.row, 4), **told})
-        pivots = path.path["negative_pivots"].values if "negative_pivots" in path.path else np.zeros(path.n_points)
         labels = path.path["label"].values if "label" in path.path else np.full(path.n_points, "")
         steps = path.path["step"].values if "step" in path.path else np.ones(path.n_points, dtype=int)
         arc = path.path["arc_length"].values if "arc_length" in path.path else np.arange(path.n_points)
         columns = [column for column in (path.column(name) for name in path.column_names()) if column.values.dtype.kind in "biuf"]
         return {"frames": stored, "between": between[:-1], "labels": [str(label) for label in labels],
-                "stable": [bool(value == 0) for value in pivots], "steps": steps.tolist(),
+                "stable": [not value for value in path.unstable().tolist()], "steps": steps.tolist(),
                 "anew": [step for step, loads in path.loads.items() if loads.stress_free_start], "arc": arc.tolist(),
                 "columns": {column.name: {"units": column.units, "values": _numbers(column.values),
                                           **({"rate": _numbers(column.rate)} if column.rate is not None else {})} for column in columns}}

@@ -13,7 +13,7 @@ from .label_placing import place_labels
 DESCRIPTION = """\
 Draw a path of equilibrium points of one or more result files: any path quantity or monitor against any other,
 the load factor over the first monitor when nothing else is asked. Branches are drawn with the path that they leave: a
-bifurcation diagram. Stable parts (no negative pivot of the tangent) are solid, unstable ones dashed; critical points
+bifurcation diagram. Stable parts (no unstable direction) are solid, unstable ones dashed; critical points
 are marked by their labels, LP and BP with their load factor: LP limit point, BP bifurcation, TP turning point of a
 monitor, C+ contact gained, C- contact lost, UZ user value, EP end. Error bars of the discretisation are drawn where the
 file has them, between neighbouring points as a band. Between computed points the curve follows the tangents of the

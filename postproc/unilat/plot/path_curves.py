@@ -53,19 +53,18 @@ def critical_value(results: Path, critical: Critical, column: Column) -> float:
 def stretches(results: Path, breaks: bool) -> list[tuple[np.ndarray, bool]]:
     """The path cut into rows of one stability: (rows, stable), neighbours sharing their end row.
 
-    The part between two points is stable when both have no negative pivot. A located limit or bifurcation point is
+    The part between two points is stable when both have no unstable direction. A located limit or bifurcation point is
     itself singular, so there the other point decides. With `breaks` steps are not joined (the load factor starts
     again).
     """
     n = results.n_points
-    pivots = results.path["negative_pivots"].values if "negative_pivots" in results.path else np.zeros(n, dtype=int)
     steps = results.path["step"].values if "step" in results.path else np.ones(n, dtype=int)
     labels = results.path["label"].values if "label" in results.path else np.full(n, "")
-    negative, singular = pivots > 0, np.isin(labels, ("LP", "BP"))
+    unstable, singular = results.unstable(), np.isin(labels, ("LP", "BP"))
     pieces: list[tuple[list[int], bool]] = []
     for row in range(n - 1):
         ends = [k for k in (row, row + 1) if not singular[k]] or [row, row + 1]
-        stable = not any(negative[k] for k in ends)
+        stable = not any(unstable[k] for k in ends)
         if breaks and steps[row + 1] != steps[row]:
             continue
         if pieces and pieces[-1][1] == stable and pieces[-1][0][-1] == row:
@@ -155,8 +154,7 @@ def _draw_part(axes, results: Path, x: Column, y: Column, line: dict, first: int
               for rows, stable in stretches(results, "load_factor" in (x.name, y.name))]
     pieces = [(rows, stable) for rows, stable in pieces if rows.size > 1]
     if root is not None:
-        stable = pieces[0][1] if pieces else "negative_pivots" not in results.path or \
-            not results.path["negative_pivots"].values[first] > 0
+        stable = pieces[0][1] if pieces else not results.unstable()[first]
         pieces.insert(0, (np.array((0, 1)), stable))
         if len(pieces) > 1 and pieces[1][1] == stable and pieces[1][0][0] == 1:
             pieces[:2] = [(np.insert(pieces[1][0], 0, 0), stable)]

@@ -202,6 +202,11 @@ class Path:
         return find_column(self.filename, name, self.path, self.monitors, "path quantity or monitor",
                            self.column_names())
 
+    def unstable(self) -> np.ndarray:
+        """Points with an unstable direction; one in which contacts without force open, and that has no opposite, counts, too."""
+        known = [self.path[name].values for name in ("free_pivots", "negative_pivots") if name in self.path]
+        return known[0] > 0 if known else np.zeros(self.n_points, dtype=bool)
+
     def unit(self, word: str) -> str:
         """A unit in words, such as "force/length", in the units of the deck where it says them."""
         return self.units.of(word)

@@ -2,7 +2,7 @@
 !>
 !> The predictor moves the state along the null vector. The corrector stays in a plane whose normal is the null vector without its
 !> component along the known path, so that it cannot return to that path. The first distance is halved until the other path is
-!> almost straight over it.
+!> almost straight over it, and its load has no extremum between.
 module branch_switching
    use kinds, only: wp
    use errors, only: error_t
@@ -91,16 +91,15 @@ contains
             report%converged = wander <= straight * length
             if (.not. report%converged) report%message = 'no other path was found near the bifurcation'
             if (report%converged) call check_penetration()
+            if (report%converged) call check_extremum()
             if (report%converged) exit
          end if
          length = 0.5_wp * length
       end do
       if (.not. report%converged) return
 
-      away = trial%state%u - (run%last%state%u - drift * hold%tangent)
       run%last_length = sqrt(metric(problem, away, away))
       run%last_load = trial%state%load_factor - run%last%state%load_factor
-      trial%tangent = path_tangent_at(problem, trial%system, away, run%last_load)
       call evaluate_tests(problem, trial)
       run%arc_length = critical_point%arc_length + run%last_length
       call set_increment()
@@ -117,6 +116,20 @@ contains
          report%converged = all(tests%value >= -test_slack(tests%kind) .or. tests%kind /= test_gap)
          if (.not. report%converged) report%message = 'the other path begins inside an obstacle'
       end subroutine check_penetration
+
+      !> Computes the path tangent at the first point, and rejects the point if the load has an extremum on the way to it. A load
+      !> that changes by c a^2 + d a^4 over the distance a has none if its rate times the distance lies between zero and four times
+      !> its change.
+      subroutine check_extremum()
+         real(wp) :: change, rate
+         away = trial%state%u - (run%last%state%u - drift * hold%tangent)
+         change = trial%state%load_factor - run%last%state%load_factor
+         trial%tangent = path_tangent_at(problem, trial%system, away, change)
+         if (abs(change) <= step%locate_tolerance * abs(trial%state%load_factor)) return
+         rate = trial%tangent%load * sqrt(metric(problem, away, away))
+         report%converged = rate * change >= 0.0_wp .and. abs(rate) <= 4.0_wp * abs(change)
+         if (.not. report%converged) report%message = 'the other path has a limit point next to the bifurcation'
+      end subroutine check_extremum
 
       !> Sets the strategy of the step in the direction of the branch. The first increment is at most the distance of the switch.
       subroutine set_increment()

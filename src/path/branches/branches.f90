@@ -132,6 +132,11 @@ contains
          call note_trouble(outcome, called//': the bifurcation has '//to_text(home%list(at)%multiplicity)// &
             & ' null vector(s), not '//to_text(branch%mode))
          return
+      else if (home%list(at)%opens /= 0 .and. home%list(at)%opens /= branch%side) then
+         ! No path leaves a one-sided bifurcation on the other side.
+         if (.not. branch%both) call note_trouble(outcome, called//': contact closes this side of the bifurcation; SIDE='// &
+            & trim(merge('PLUS ', 'MINUS', home%list(at)%opens > 0))//' is the side that opens')
+         return
       end if
       call copy_problem(home%list(at)%problem, problem)
       if (standing%renews()) call change_steps(standing%steps, problem)

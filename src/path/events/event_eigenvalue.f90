@@ -8,7 +8,7 @@ module event_eigenvalue
    use bordered_system, only: linearise
    use path_samples, only: n_samples
    use path_events, only: event_t, event_release
-   use force_free_contact, only: remove_force_free_lines
+   use force_free_contact, only: isolate_force_free_lines
    use tangent_modes, only: modes_t, lowest_modes, numbered_eigenvalue, most_null_vectors
    use path_point, only: path_point_t
    implicit none
@@ -17,8 +17,8 @@ module event_eigenvalue
 
 contains
 
-   !> Eigenvalue that changes its sign at the event, at a point near it; for a detachment the eigenvalue of the reduced problem
-   !> without force-free contact.
+   !> Eigenvalue that changes its sign at the event, at a point near it; for a detachment an eigenvalue of the rods on force-free
+   !> contacts.
    real(wp) function zero_eigenvalue(problem, event, point, found) result(mu)
       type(problem_t), intent(in) :: problem
       type(event_t), intent(in) :: event
@@ -32,7 +32,7 @@ contains
       type(system_t) :: other
       logical :: any_weak
       if (event%kind == event_release) then
-         call remove_force_free_lines(problem, point%state, point%system, free, at, any_weak)
+         call isolate_force_free_lines(problem, point%state, point%system, free, at, any_weak)
          if (.not. any_weak) then
             call copy_problem(problem, free)
             at = point%state

@@ -4,7 +4,7 @@ module spurious_events
    use model, only: step_t
    use problem, only: problem_t
    use rod_state, only: state_t
-   use force_free_contact, only: count_released
+   use force_free_contact, only: count_opening
    use path_control, only: path_length
    use path_continuity, only: largest_turn
    use path_point, only: path_point_t
@@ -56,7 +56,7 @@ contains
          & inner_cuts(find_cuts(problem, last)))
    end function passes_kinks
 
-   !> True if a detachment before the end of the step went undetected: without force-free contact, the numbers of negative pivots at
+   !> True if a detachment before the end of the step went undetected: the numbers of directions that open force-free contacts at
    !> the last point and at this end differ by more than the located detachments explain. The trial behind the end may not show the
    !> detachment: long elements buckle between their nodes there.
    logical function hides_release(problem, run, findings, end) result(hides)
@@ -64,18 +64,17 @@ contains
       type(path_state_t), intent(in) :: run
       type(findings_t), intent(in) :: findings
       integer, intent(in) :: end                 !! index of the end among the events seen
-      integer :: pivots, i
+      integer :: opening, i
       logical :: weak
       associate (seen => findings%seen)
-         call count_released(problem, seen(end)%point%state, seen(end)%point%system, pivots, weak)
-         hides = weak .and. run%last%test_values%weak .and. seen(end)%point%system%negative_pivots == &
-            & run%last%test_values%negative_pivots
+         call count_opening(problem, seen(end)%point%state, seen(end)%point%system, opening, weak)
+         hides = weak .and. run%last%test_values%weak
          do i = 1, size(seen)
             if (seen(i)%event%kind == event_release .and. seen(i)%located .and. .not. findings%duplicate(i) .and. &
-               & seen(i)%fraction < seen(end)%fraction) pivots = pivots - nint(sign(1.0_wp, seen(i)%event%before))
+               & seen(i)%fraction < seen(end)%fraction) opening = opening - nint(sign(1.0_wp, seen(i)%event%before))
          end do
       end associate
-      hides = hides .and. pivots /= run%last%test_values%free_pivots
+      hides = hides .and. opening /= run%last%test_values%opening
    end function hides_release
 
    !> True if the event is a turning point of a monitor that changes by rounding only, for example a monitor that is constant by

@@ -85,9 +85,9 @@ contains
       run%mesh%change_behind = behind_flat
       call evaluate_tests(problem, better)
       associate (old => run%last%test_values, new => better%test_values)
-         ! The number of negative pivots without force-free line contacts is the same on all meshes.
+         ! The number of directions that open force-free line contacts is the same on all meshes.
          new%weak = old%weak
-         new%free_pivots = old%free_pivots
+         new%opening = old%opening
          ! An event between the positions of the point on both meshes must be reported once: contact with a foundation that begins
          ! or ends, a bifurcation, a limit point. Just after a contact change there is no path behind on which the load rate could
          ! have changed its sign.

@@ -9,7 +9,7 @@ module event_recording
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
    use located_zero, only: as_zero
-   use tangent_modes, only: modes_t, null_vectors, choose_null_vectors, nodal_mode, deck_mode
+   use tangent_modes, only: modes_t, null_vectors, choose_null_vectors, nodal_values, deck_mode
    use force_free_contact, only: remove_force_free_lines, let_turn, line_opening
    use path_control, only: path_length
    use path_point, only: path_point_t
@@ -86,6 +86,8 @@ contains
          type(state_t) :: released
          type(system_t) :: other
          real(wp) :: arc_length
+         real(wp) :: sense
+         integer :: opens
          logical :: weak
          associate (event => located_event%event, place => located_event%point%state, system => located_event%point%system)
             if (.not. any(event%kind == [event_bifurcation, event_release, event_limit])) return
@@ -104,11 +106,13 @@ contains
                call linearise(free, released, released, other)
                call find_null_vectors(free, step, other, released, event, critical, modes)
                critical%note = event%note
-               if (line_opening(problem, place, free, released, nodal_mode(free, other, modes%x(:, 1))) == 0) &
+               opens = line_opening(problem, place, free, released, nodal_values(free, other, modes%x(:, 1)))
+               if (opens == 0) &
                   & critical%note = 'bifurcation without contacts that carry no force; none of its directions opens them all'
                call let_turn(free)
+               call deck_mode(free, released, other, modes%x(:, 1), critical%null_vector(:, :, 1), sense)
                call keep_critical_point(problem, run, 'BP', place, trial%state, located_event%fraction, arc_length, pivots, 1, &
-                  & free=free, released=released)
+                  & free=free, released=released, opens=nint(opens * sense))
             case (event_limit)
                call keep_critical_point(problem, run, 'LP', place, trial%state, 0.0_wp, arc_length, pivots, 0, corner=event%corner)
             end select

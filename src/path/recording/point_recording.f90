@@ -4,7 +4,7 @@ module point_recording
    use errors, only: error_t
    use problem, only: problem_t
    use rod_state, only: state_t, is_stress_free
-   use force_free_contact, only: count_released
+   use force_free_contact, only: count_opening
    use path_control, only: path_length, metric
    use monitors, only: monitor_rate
    use path_continuity, only: path_tangent_t, path_tangent_at
@@ -49,6 +49,7 @@ contains
       type(path_tangent_t) :: tangent
       character(:), allocatable :: wrong
       integer :: m
+      integer :: opening                         ! unstable directions that open force-free contacts
       logical :: weak, has_tangent
       associate (state => point%state, system => point%system)
          shown = state
@@ -71,8 +72,8 @@ contains
          row%lcp_size = report%lcp_size
          row%lcp_pivots = report%lcp_pivots
          row%arc_length = run%arc_length + path_length(problem, run%last%state, state)
-         call count_released(problem, state, system, row%free_pivots, weak)
-         if (.not. weak) row%free_pivots = row%negative_pivots
+         call count_opening(problem, state, system, opening, weak)
+         row%free_pivots = row%negative_pivots + opening
          ! The stress-free start has no force to which the residual could be related.
          if (is_stress_free(state)) row%residual = 0.0_wp
          run%points = run%points + 1

@@ -18,6 +18,7 @@ module critical_points
       integer :: point = 0                       !! row in the results of its path, from 1
       integer :: pivots = 0                      !! number of negative pivots before the point
       integer :: multiplicity = 0                !! BP: number of null vectors
+      integer :: opens = 0                       !! BP: 1 or -1 if only the side along or against the null vector opens contacts
       real(wp) :: scale = 1.0_wp                 !! BP: scale of its event, see event_t
       logical :: corner = .false.                !! LP: the load turns at a corner of the path; no rate is zero there
       type(error_bars_t), allocatable :: bars    !! BP: error bars, if the deck requests them

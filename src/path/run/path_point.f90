@@ -11,7 +11,7 @@ module path_point
    use path_continuity, only: path_tangent_t
    use path_events, only: test_values_t, new_test_values
    use corrector, only: increment_t, take_increment
-   use force_free_contact, only: count_released
+   use force_free_contact, only: count_opening
    implicit none
    private
    public :: path_point_t, point_at, move_to, advance, evaluate_tests
@@ -63,6 +63,6 @@ contains
       type(problem_t), intent(in) :: problem
       type(path_point_t), intent(inout) :: point
       point%test_values = new_test_values(problem, point%state, point%system, point%tangent%load)
-      call count_released(problem, point%state, point%system, point%test_values%free_pivots, point%test_values%weak)
+      call count_opening(problem, point%state, point%system, point%test_values%opening, point%test_values%weak)
    end subroutine evaluate_tests
 end module path_point

@@ -183,7 +183,7 @@ contains
 
    !> Adds the point recorded last to the critical points.
    subroutine keep_critical_point(problem, run, label, state, trial, part, arc_length, pivots, multiplicity, scale, bars, free, &
-      & released, corner)
+      & released, corner, opens)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
       character(*), intent(in) :: label !! LP, BP, C+ or C-
@@ -199,6 +199,7 @@ contains
       !! point
       type(state_t), intent(in), optional :: released !! state of the critical point in that problem
       logical, intent(in), optional :: corner    !! LP: the load turns at a corner of the path
+      integer, intent(in), optional :: opens     !! BP: side on which contacts open, see critical_point_t
       type(critical_point_t) :: critical_point
       critical_point%label = label
       call copy_problem(problem, critical_point%problem)
@@ -214,6 +215,7 @@ contains
       if (present(scale)) critical_point%scale = scale
       if (present(bars)) critical_point%bars = bars
       if (present(corner)) critical_point%corner = corner
+      if (present(opens)) critical_point%opens = opens
       if (present(free)) then
          critical_point%direction = carried_field(problem, state, critical_point%direction, free, released)
          critical_point%drift = carried_field(problem, state, critical_point%drift, free, released)
