@@ -234,3 +234,50 @@ def test_strategies_follow_the_same_branch(method):
         dr.assert_close([c.load_factor for c in one.critical], [c.load_factor for c in two.critical], relative=1e-7)
         dr.assert_close([c.monitors["rotation"] for c in one.critical if c.label != "BP"],
                         [c.monitors["rotation"] for c in two.critical if c.label != "BP"], absolute=1e-6)
+
+
+# A branch that ends on another path -----------------------------------------------------------------------------------
+
+SHALLOW_ARCH = """*HEADING, JOB=deck
+Half of a shallow cosine arch, clamped, apex 3 times as high as the rod is thick
+*NODE
+1, 0, 0
+2, 0.5, 0
+*LINE, ELSET=BEAM
+1, 2{elements}
+*IMPERFECTION, ELSET=BEAM, SHAPE=COSINE
+0.005, 0
+-0.005, 1
+*BEAM SECTION, ELSET=BEAM, SECTION=STIFFNESS
+${{12/(0.01/3)**2}}, 1
+*BOUNDARY
+1, ENCASTRE
+2, XSYMM
+*MONITOR, NAME=d
+2, U2, -100
+*STEP
+*STATIC
+1, , 0.0005
+*CLOAD
+2, 2, -0.005
+*STOP
+d, ABOVE, {end}
+{branch}*END STEP
+"""
+
+
+@pytest.mark.parametrize("elements", ["", ", 8", ", 12", ", 24"])
+def test_a_branch_ends_where_it_meets_the_path_it_left(elements):
+    """The load of the branch has an extremum there, an eigenvalue of the path changes its sign."""
+    path = dr.run_deck(SHALLOW_ARCH.format(elements=elements, end=2.05, branch=""))
+    first, last = path.labelled("BP")
+    run = dr.run_deck(SHALLOW_ARCH.format(elements=elements, end=0.6, branch="*BRANCH\nd, ABOVE, 2.05\n"))
+    for branch in run.results.branches.values():
+        found = branch.critical
+        assert [c.label for c in found] == ["BP", "EP"] and "meets" in found[0].note
+        bar = branch.errors["load_factor"].values[found[0].point - 1] + path.results.errors["load_factor"].values[last.point - 1]
+        dr.assert_close(found[0].load_factor, last.load_factor, absolute=bar)
+        if elements:
+            dr.assert_close(found[0].load_factor, last.load_factor, relative=1e-7)
+            dr.assert_close(found[0].monitors["d"], last.monitors["d"], relative=1e-7)
+    assert sorted(branch.side for branch in run.results.branches.values()) == [-1, 1]

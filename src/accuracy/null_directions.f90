@@ -7,12 +7,14 @@
 module null_directions
    use kinds, only: wp
    use problem, only: problem_t, dof
-   use linear_system, only: system_t
+   use linear_system, only: system_t, to_global
    use bordered_system, only: solve_effective
    use small_dense, only: solve_small
+   use path_control, only: metric
+   use path_continuity, only: path_tangent_t
    implicit none
    private
-   public :: new_null_directions, leave_out, free_of, likeness, times_metric
+   public :: new_null_directions, leave_out, response_without, tangent_without, free_of, likeness, times_metric
 
 contains
 
@@ -49,6 +51,33 @@ contains
       if (singular) return
       x = x - matmul(direction, b(1, :))
    end subroutine leave_out
+
+   !> Displacements per unit load factor without component along the null vectors of a bifurcation, (unknowns) node axes.
+   function response_without(problem, system, modes) result(response)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system       !! factored
+      real(wp), intent(in) :: modes(:, :)        !! (unknowns, any number) null vectors, orthonormal in the metric, node axes
+      real(wp) :: response(system%n)
+      response = system%tangent
+      call leave_out(problem, modes, new_null_directions(problem, system, modes), response)
+   end function response_without
+
+   !> Unit path tangent at a bifurcation of the path to which its null vectors do not belong. The load factor increases along it.
+   function tangent_without(problem, system, modes) result(heading)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system       !! factored
+      real(wp), intent(in) :: modes(:, :)        !! (unknowns, any number) null vectors, orthonormal in the metric, node axes
+      type(path_tangent_t) :: heading
+      real(wp) :: response(system%n)
+      integer :: node
+      response = response_without(problem, system, modes)
+      allocate (heading%u(3, size(problem%weight)))
+      do node = 1, size(heading%u, 2)
+         heading%u(:, node) = to_global(problem, system, response, node)
+      end do
+      heading%load = 1.0_wp / sqrt(metric(problem, heading%u, heading%u))
+      heading%u = heading%load * heading%u
+   end function tangent_without
 
    !> Forces minus the multiples of M v that work on the null vectors v. The solution orthogonal to the null vectors is the same,
    !> without rounding errors along them.

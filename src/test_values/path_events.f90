@@ -53,6 +53,7 @@ module path_events
       real(wp) :: gap_scale = 1.0_wp, reaction_scale = 1.0_wp !! contact: reference values that make gap and reaction comparable
       logical :: corner = .false.             !! limit point at a corner of the path: the load rate jumps through zero
       type(law_corner_t) :: law               !! limit point: the corner of a force law at a node that makes this corner, if any
+      logical :: meets = .false. !! limit point that is a bifurcation: the path meets the one that it leaves on its other side
       logical :: jumps = .false. !! bifurcation: the eigenvalue jumps through zero because a line contact becomes a point contact
       logical :: held = .false.               !! value events: the value was prescribed in the correction and is met to rounding
       logical :: load_tells = .false. !! the load rate is almost constant over the increment, so that the load can measure fractions

@@ -126,7 +126,7 @@ contains
          return
       end if
       if (home%list(at)%multiplicity == 0) then
-         call note_trouble(outcome, called//': the bifurcation was bracketed, but not located')
+         call note_trouble(outcome, called//': no path leaves the bifurcation in another direction, or it was not located')
          return
       else if (branch%mode > home%list(at)%multiplicity) then
          call note_trouble(outcome, called//': the bifurcation has '//to_text(home%list(at)%multiplicity)// &

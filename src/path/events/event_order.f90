@@ -86,6 +86,7 @@ contains
          & modulo(trial%test_values%negative_pivots - run%last%test_values%negative_pivots, 2) == 0
       ! If bifurcations were located at the limit point, they already account for the further eigenvalues.
       do i = 1, size(seen)
+         one_sided = one_sided .and. .not. (seen(i)%event%meets .and. seen(i)%located)
          if (seen(i)%event%kind == event_limit .and. seen(i)%located) one_sided = one_sided .and. .not. any( &
             & seen%event%kind == event_bifurcation .and. seen%located .and. abs(seen%fraction - seen(i)%fraction) <= same_place)
       end do

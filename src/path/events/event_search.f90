@@ -7,6 +7,7 @@ module event_search
    use path_state, only: path_state_t, copy_path_state
    use branch_closure, only: check_parent_path
    use path_events, only: test_values_t, event_t, detect_events, value_events, event_limit
+   use tangent_modes, only: apply_tangent
    use located_events, only: located_event_t
    use event_location, only: locate_event
    use error_bar, only: error_bars_t
@@ -41,6 +42,7 @@ contains
          run%last%test_values%monitor_rate = trial%test_values%monitor_rate
       end if
       call detect_events(problem, step, run%last%test_values, trial%test_values, run%last%state, trial%state, events)
+      call tell_meetings(problem, run, trial, events)
       call check_parent_path(problem, run, trial, events, home)
       findings%comes_home = allocated(home)
       allocate (findings%seen(0))
@@ -48,6 +50,35 @@ contains
       if (findings%comes_home) findings%seen = [findings%seen, home]
       if (size(step%stop) > 0 .or. size(step%locate) > 0) call find_hidden_values(problem, step, run, trial, findings)
    end subroutine find_events
+
+   !> Tells limit points from bifurcations at which the load of this path has an extremum: a symmetric pitchfork, seen from the path
+   !> that leaves it on both sides. The load rate of both changes its sign; the stiffness along the path, t.K t/(t.q)^2 with the
+   !> path tangent t and the load vector q, does so at a limit point only.
+   subroutine tell_meetings(problem, run, trial, events)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: trial
+      type(event_t), intent(inout) :: events(:)
+      integer :: k
+      if (run%fresh .or. any(run%last%state%active .neqv. trial%state%active)) return
+      if (run%last%test_values%negative_pivots /= trial%test_values%negative_pivots) return
+      do k = 1, size(events)
+         if (events(k)%kind /= event_limit) cycle
+         events(k)%meets = stiffness_along(problem, run%last) * stiffness_along(problem, trial) > 0.0_wp
+         if (.not. events(k)%meets) cycle
+         events(k)%label = 'BP'
+         events(k)%note = 'bifurcation, meets the path that this one leaves on its other side'
+      end do
+   end subroutine tell_meetings
+
+   !> t.K t with the tangent stiffness K and the displacements t per unit load factor.
+   real(wp) function stiffness_along(problem, point) result(stiffness)
+      type(problem_t), intent(in) :: problem
+      type(path_point_t), intent(in) :: point
+      real(wp) :: moves(point%system%n), force(point%system%n)
+      moves = merge(0.0_wp, point%system%tangent, point%system%fixed)
+      call apply_tangent(problem, point%state, point%system, moves, force, stiffness)
+   end function stiffness_along
 
    !> Finds prescribed values that are passed twice in one increment, before and behind a limit point, so that the values at its
    !> ends do not show the passages. The increment is divided at the limit point.

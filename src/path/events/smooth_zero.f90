@@ -14,11 +14,12 @@ module smooth_zero
    use rod_state, only: state_t
    use path_control, only: control_t, path_length
    use corrector, only: correct
-   use path_continuity, only: path_tangent_t, normal_plane
+   use path_continuity, only: path_tangent_t, normal_plane, between
    use increment_points, only: division_t
    use path_events, only: event_bifurcation, event_limit
    use event_eigenvalue, only: zero_eigenvalue
    use zero_search, only: zero_search_t, find_zero, swerve_per_force
+   use met_path, only: locate_on_met_path
    use zero_at_end, only: take_beginning, take_nearer_end
    use located_events, only: located_event_t, note_balance
    use path_point, only: path_point_t, point_at, evaluate_tests
@@ -50,7 +51,16 @@ contains
       ! A contact change at nodes may make the function jump, so that no zero can be interpolated. Foundations that act along
       ! elements change their contact gradually.
       if (.not. division%smooth .and. any(run%last%state%active .neqv. trial%state%active)) return
-      call find_zero(problem, step, run, trial, division, search, located_event, found)
+      if (located_event%event%meets) then
+         associate (event => located_event%event, point => located_event%point)
+            located_event%fraction = event%before / (event%before - event%after)
+            point%tangent = path_tangent_t(run%last%tangent%u, 0.0_wp)
+            point%state = between(problem, run%last%state, trial%state, run%last%tangent, trial%tangent, located_event%fraction)
+            call locate_on_met_path(problem, sign(1.0_wp, event%before), point%state, found)
+         end associate
+      else
+         call find_zero(problem, step, run, trial, division, search, located_event, found)
+      end if
       if (found) call bring_to_balance(problem, step, located_event, found)
       if (found) then
          located_event%event%pivots = located_event%point%system%negative_pivots
@@ -105,7 +115,7 @@ contains
          balanced = point%system%ok
          if (.not. balanced) return
          call note_balance(step, point%system, located_event%report, balanced)
-         if (.not. (balanced .or. located_event%event%kind == event_bifurcation)) then
+         if (.not. (balanced .or. located_event%event%kind == event_bifurcation .or. located_event%event%meets)) then
             base = point%state
             hold = normal_plane(problem, base, tangent)
             hold%increment = 0.0_wp

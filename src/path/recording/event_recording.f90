@@ -68,9 +68,14 @@ contains
          call announce(problem, run, critical, point, .true., recorder, outcome)
          if (allocated(outcome%why)) return
          if (smooth) then
-            finished = on_parent_path(problem, run, point%state)
-            if (finished) call announce(problem, run, new_critical('EP', 'back on the path it left, at a bifurcation', &
-               & located_event%bars), point, .true., recorder, outcome)
+            if (on_parent_path(problem, run, point%state)) then
+               finished = .true.
+               critical = new_critical('EP', 'back on the path it left, at a bifurcation', located_event%bars)
+            else if (event%meets .and. run%branch > 0) then
+               finished = .true.
+               critical = new_critical('EP', 'at a bifurcation, behind which the branch has its other half', located_event%bars)
+            end if
+            if (finished) call announce(problem, run, critical, point, .true., recorder, outcome)
          else if (event%kind == event_stop) then
             finished = .true.
             call go_to(problem, run, point)
@@ -114,7 +119,8 @@ contains
                call keep_critical_point(problem, run, 'BP', place, trial%state, located_event%fraction, arc_length, pivots, 1, &
                   & free=free, released=released, opens=nint(opens * sense))
             case (event_limit)
-               call keep_critical_point(problem, run, 'LP', place, trial%state, 0.0_wp, arc_length, pivots, 0, corner=event%corner)
+               call keep_critical_point(problem, run, event%label, place, trial%state, 0.0_wp, arc_length, pivots, 0, &
+                  & corner=event%corner)
             end select
          end associate
       end subroutine keep_start

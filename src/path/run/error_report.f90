@@ -22,6 +22,7 @@ module error_report
    use error_bar, only: error_bar_t, error_bars_t, no_error_bars, shifted_error_bar, allowed_part, lacks_bound, bar_of
    use path_errors, only: point_errors, event_errors
    use located_zero, only: zero_t, new_zero
+   use null_directions, only: tangent_without
    use mesh_request, only: excess
    use node_contact_functional, only: is_stop
    use error_text, only: bar_text
@@ -74,6 +75,8 @@ contains
       else if (event%held) then
          call point_errors(problem, run%mesh%enriched, point%state, point%system, holding_value(event%monitor, 0.0_wp), &
             & point%tangent, bars, places=.true., as_it_is=as_it_is)
+      else if (event%meets) then
+         call bars_on_met_path()
       else
          call new_zero(problem, event, point%state, point%system, zero)
          call errors_at_zero(bars)
@@ -100,6 +103,18 @@ contains
          call event_errors(problem, run%mesh%enriched, point%state, point%system, zero, point%tangent, path_length(problem, &
             & run%last%state, trial%state), trial%state%load_factor - run%last%state%load_factor, bars, as_it_is)
       end subroutine errors_at_zero
+
+      !> Bars of a bifurcation at which the load of this path has an extremum: on the path that it meets an eigenvalue passes
+      !> through zero there.
+      subroutine bars_on_met_path()
+         type(event_t) :: one
+         one = event
+         one%kind = event_bifurcation
+         call new_zero(problem, one, point%state, point%system, zero)
+         call event_errors(problem, run%mesh%enriched, point%state, point%system, zero, tangent_without(problem, point%system, &
+            & zero%modes), path_length(problem, run%last%state, trial%state), trial%state%load_factor - &
+            & run%last%state%load_factor, bars, as_it_is)
+      end subroutine bars_on_met_path
 
       !> Bars of a detachment: a bifurcation of the reduced problem without force-free line contacts. No bar exists if free spans on
       !> a straight wall, whose rotation costs no energy, hide its null vector.
