@@ -7,23 +7,23 @@ module branch_switching
    use kinds, only: wp
    use errors, only: error_t
    use model, only: step_t, method_load, method_displacement, method_linearised
-   use problem, only: problem_t
+   use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
    use linear_system, only: to_global
    use bordered_system, only: apply_increment
    use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, deck_mode
    use test_kinds, only: span_test_t, test_slack, test_gap
    use span_tests, only: run_span_tests
-   use path_control, only: control_t, metric, path_length, is_arc_length
+   use path_control, only: control_t, metric, path_length, is_arc_length, displacement_between
+   use state_transfer, only: carried
    use path_continuity, only: path_tangent_at
-   use path_point, only: path_point_t, evaluate_tests
+   use path_point, only: path_point_t, point_at, evaluate_tests
    use path_state, only: path_state_t
    use critical_points, only: critical_point_t
    use corrector, only: increment_t, correct
-   use monitors, only: monitor_values
    implicit none
    private
-   public :: switch_branch
+   public :: switch_branch, take_way
 
    integer, parameter :: max_tries = 12
    real(wp), parameter :: straight = 0.3_wp !! largest correction as a part of the distance; no input deck changes up to 3, three
@@ -102,7 +102,7 @@ contains
       run%last_load = trial%state%load_factor - run%last%state%load_factor
       call evaluate_tests(problem, trial)
       run%arc_length = critical_point%arc_length + run%last_length
-      call set_increment()
+      call set_increment(problem, step, critical_point, trial, length, run)
       run%last = trial
 
    contains
@@ -130,25 +130,55 @@ contains
          report%converged = rate * change >= 0.0_wp .and. abs(rate) <= 4.0_wp * abs(change)
          if (.not. report%converged) report%message = 'the other path has a limit point next to the bifurcation'
       end subroutine check_extremum
-
-      !> Sets the strategy of the step in the direction of the branch. The first increment is at most the distance of the switch.
-      subroutine set_increment()
-         real(wp) :: change(size(problem%model%monitor))
-         run%control = critical_point%control
-         run%control%method = step%method
-         if (allocated(run%control%previous)) deallocate (run%control%previous)
-         if (is_arc_length(step%method)) then
-            if (.not. run%control%load_scale > 0.0_wp .and. abs(critical_point%direction_load) > 0.0_wp) &
-               & run%control%load_scale = sqrt(metric(problem, critical_point%direction, critical_point%direction)) / &
-               & abs(critical_point%direction_load)
-            run%control%increment = min(length, step%largest)
-         else if (step%method == method_load) then
-            run%control%increment = sign(min(max(abs(run%last_load), step%smallest), abs(step%increment)), run%last_load)
-         else if (step%method == method_displacement) then
-            change = trial%test_values%monitor - monitor_values(problem, run%last%state, run%last%system)
-            run%control%increment = sign(min(max(abs(change(step%monitor)), step%smallest), abs(step%increment)), &
-               & change(step%monitor))
-         end if
-      end subroutine set_increment
    end subroutine switch_branch
+
+   !> Moves the path state to the first point of a path with another contact set.
+   subroutine take_way(problem, step, critical_point, way, run)
+      type(problem_t), intent(inout) :: problem  !! that of the contact change; out: that of the path
+      type(step_t), intent(in) :: step
+      type(critical_point_t), intent(in) :: critical_point !! the contact change
+      integer, intent(in) :: way                 !! index of the path
+      type(path_state_t), intent(inout) :: run   !! its last point is the contact change
+      type(path_point_t) :: first
+      real(wp), allocatable :: away(:, :)
+      associate (on => critical_point%way(way))
+         away = displacement_between(on%problem, carried(problem, run%last%state, on%problem), on%state)
+         run%last_length = sqrt(metric(on%problem, away, away))
+         run%last_load = on%state%load_factor - run%last%state%load_factor
+         first = point_at(on%problem, on%state)
+         first%tangent = on%tangent
+         call evaluate_tests(on%problem, first)
+         run%arc_length = critical_point%arc_length + run%last_length
+         call set_increment(on%problem, step, critical_point, first, critical_point%control%increment, run)
+         run%last = first
+         call copy_problem(on%problem, problem)
+         run%spans_begun = max(run%spans_begun, maxval(problem%contact_span%number))
+      end associate
+   end subroutine take_way
+
+   !> Sets the strategy of the step in the direction of the branch. The first increment is at most the distance of its first point.
+   subroutine set_increment(problem, step, critical_point, first, distance, run)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(critical_point_t), intent(in) :: critical_point
+      type(path_point_t), intent(in) :: first    !! first point of the branch
+      real(wp), intent(in) :: distance           !! arc length
+      type(path_state_t), intent(inout) :: run   !! its last point is the critical point
+      real(wp) :: change(size(problem%model%monitor))
+      run%control = critical_point%control
+      run%control%method = step%method
+      if (allocated(run%control%previous)) deallocate (run%control%previous)
+      if (is_arc_length(step%method)) then
+         if (.not. run%control%load_scale > 0.0_wp .and. abs(critical_point%direction_load) > 0.0_wp) &
+            & run%control%load_scale = sqrt(metric(problem, critical_point%direction, critical_point%direction)) / &
+            & abs(critical_point%direction_load)
+         run%control%increment = min(distance, step%largest)
+      else if (step%method == method_load) then
+         run%control%increment = sign(min(max(abs(run%last_load), step%smallest), abs(step%increment)), run%last_load)
+      else if (step%method == method_displacement) then
+         change = first%test_values%monitor - run%last%test_values%monitor
+         run%control%increment = sign(min(max(abs(change(step%monitor)), step%smallest), abs(step%increment)), &
+            & change(step%monitor))
+      end if
+   end subroutine set_increment
 end module branch_switching

@@ -5,7 +5,7 @@ module branches
    use errors, only: error_t
    use model, only: step_t, branch_t
    use problem, only: problem_t, copy_problem
-   use path_point, only: point_at
+   use path_point, only: point_at, evaluate_tests
    use path_control, only: is_arc_length
    use archive, only: archive_t, archive_reset
    use attempt, only: attempt_t
@@ -15,7 +15,7 @@ module branches
    use point_recording, only: record
    use path_outcome, only: outcome_t, note_trouble
    use path_follower, only: follow_points
-   use branch_switching, only: switch_branch
+   use branch_switching, only: switch_branch, take_way
    use corrector, only: increment_t
    use path_record, only: recorder_t, branch_start_t
    implicit none
@@ -130,12 +130,15 @@ contains
          return
       else if (branch%mode > home%list(at)%multiplicity) then
          call note_trouble(outcome, called//': the bifurcation has '//to_text(home%list(at)%multiplicity)// &
-            & ' null vector(s), not '//to_text(branch%mode))
+            & ' null vector(s) or other way(s) on, not '//to_text(branch%mode))
          return
       else if (home%list(at)%opens /= 0 .and. home%list(at)%opens /= branch%side) then
          ! No path leaves a one-sided bifurcation on the other side.
          if (.not. branch%both) call note_trouble(outcome, called//': contact closes this side of the bifurcation; SIDE='// &
             & trim(merge('PLUS ', 'MINUS', home%list(at)%opens > 0))//' is the side that opens')
+         return
+      else if (allocated(home%list(at)%way) .and. branch%side < 0) then
+         if (.not. branch%both) call note_trouble(outcome, called//': each way on from this contact change has one side, SIDE=PLUS')
          return
       end if
       call copy_problem(home%list(at)%problem, problem)
@@ -161,6 +164,7 @@ contains
       run%left_at = run%arc_length
       run%home => home
       run%last = point_at(problem, home%list(at)%state)
+      call evaluate_tests(problem, run%last)
       call record(problem, run, run%last, 'BP', nothing, recorder, outcome, pivots=home%list(at)%pivots)
       call note_end()
       if (allocated(outcome%why) .or. outcome%wrong) return
@@ -169,7 +173,12 @@ contains
          distance = first_distance
          if (is_arc_length(step%method)) distance = min(distance, step%largest)
       end if
-      call switch_branch(problem, as_branch, home%list(at), branch%mode, branch%side, distance, run, report)
+      if (allocated(home%list(at)%way)) then
+         call take_way(problem, as_branch, home%list(at), branch%mode, run)
+         report%converged = .true.
+      else
+         call switch_branch(problem, as_branch, home%list(at), branch%mode, branch%side, distance, run, report)
+      end if
       if (.not. report%converged) then
          call note_trouble(outcome, called//': '//report%message)
          return

@@ -9,7 +9,8 @@
 module span_changes
    use kinds, only: wp
    use model, only: step_t, method_load
-   use problem, only: problem_t
+   use text, only: to_text
+   use problem, only: problem_t, copy_problem
    use span_regions, only: find_span_regions
    use test_kinds, only: span_test_t, any_fails, test_words, test_gap, test_force, test_crossing, test_length
    use reachability, only: turns
@@ -28,8 +29,11 @@ module span_changes
    use set_mending, only: begin_located
    use vanished_length, only: find_vanished
    use contact_trials, only: try_sets
+   use contact_ways, only: other_ways
+   use event_recording, only: new_critical, announce
+   use critical_points, only: way_t
    use path_point, only: path_point_t
-   use path_state, only: path_state_t, path_tangent_of, small_load
+   use path_state, only: path_state_t, path_tangent_of, small_load, keep_critical_point
    use path_acceptance, only: arrival_t, accept
    use corner_limit, only: check_return
    use trial_request, only: request_t
@@ -153,6 +157,7 @@ contains
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(next_t) :: first, next, without
+      type(next_t), allocatable :: way(:)        ! other sets with which the path may go on
       type(span_test_t), allocatable :: zero(:)
       integer :: regions(2)                      ! numbers of contact regions before and after the change
       logical :: found, vanishes
@@ -187,8 +192,11 @@ contains
          call ask_at_onset(problem, step, run, without, tries, outcome, request)
          if (request%remeshes()) return
       end if
+      if (found) call other_ways(problem, step, run, change%point, zero, first, way)
       call record_change(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
       if (.not. request%set_changed .or. finished .or. allocated(outcome%why)) return
+      if (found) call tell_ways(problem, run, change, way, recorder, outcome)
+      if (allocated(outcome%why)) return
       if (vanishes) then
          call go_to_next(problem, step, run, without, recorder, finished, outcome)
          if (finished .or. allocated(outcome%why)) return
@@ -201,6 +209,30 @@ contains
          request%no_set = no_set_at(problem, change)
       end if
    end subroutine pass_by_trial
+
+   !> Reports a contact change behind which the path has several ways on as a bifurcation, too, and keeps it for branches.
+   subroutine tell_ways(problem, run, change, way, recorder, outcome)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(inout) :: run   !! at the change, which is recorded
+      type(change_t), intent(in) :: change
+      type(next_t), intent(in) :: way(:)         !! sets of the other ways
+      class(recorder_t), intent(inout) :: recorder
+      type(outcome_t), intent(inout) :: outcome
+      type(way_t) :: ways(size(way))
+      integer :: k
+      if (size(way) == 0) return
+      do k = 1, size(way)
+         call copy_problem(way(k)%problem, ways(k)%problem)
+         ways(k)%state = way(k)%state
+         ways(k)%tangent = way(k)%tangent
+      end do
+      associate (place => change%point%state)
+         call keep_critical_point(problem, run, 'BP', place, place, 1.0_wp, run%arc_length, change%point%system%negative_pivots, &
+            & size(way), bars=change%bars, way=ways)
+      end associate
+      call announce(problem, run, new_critical('BP', 'bifurcation, '//to_text(size(way) + 1)// &
+         & ' ways on: several contacts change at once', change%bars), change%point, .true., recorder, outcome)
+   end subroutine tell_ways
 
    !> Requests a finer mesh if the error of the load at which a length vanishes exceeds the tolerance.
    subroutine ask_at_onset(problem, step, run, without, tries, outcome, request)

@@ -8,7 +8,7 @@
 !> near a degenerate change the test values of the sets differ by less than the tolerance of the tests.
 module contact_trials
    use kinds, only: wp
-   use model, only: step_t, method_displacement
+   use model, only: step_t
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
@@ -29,7 +29,7 @@ module contact_trials
    use step_off, only: step_by, failing, tangent_along
    implicit none
    private
-   public :: try_sets
+   public :: try_sets, neighbours_of, same_kind
 
    ! Lengths as shares of the length of the rod strip, a sequence of rod segments (rod_strips):
    real(wp), parameter :: first_length(5) = [10.0_wp, 2.5_wp, 1.25_wp, 50.0_wp, 0.625_wp] * line_share !! prescribed lengths of a
@@ -67,7 +67,7 @@ contains
       real(wp), allocatable :: near(:)
       integer :: k, j, best
       strip = find_strips(problem%layout)
-      here = new_change_place(problem, run, point, max(abs(run%last_load), first_load(step)), zero, beyond)
+      here = new_change_place(problem, step, run, point, zero, beyond)
       here%vanishes = present(closing)
       if (here%at_change) then
          doubt = doubts_of(problem, here%state, strip, zero, here%system%force_scale, beyond)
@@ -267,12 +267,12 @@ contains
       type(neighbour_t) :: both
       integer :: k, j
       allocate (all(0))
-      single = at_place(set, d)
+      single = neighbours_of(strip, set, doubt(d), length)
       do k = 1, size(single)
          both = single(k)
          do j = 1, size(doubt)
             if (j == d .or. doubt(j)%kind /= doubt(d)%kind .or. doubt(j)%kind == no_test .or. doubt(j)%strip == 0) cycle
-            other = at_place(both%set, j)
+            other = neighbours_of(strip, both%set, doubt(j), length)
             other = pack(other, other%edit == both%edit)
             ! Edits that remove a contact change the indices of contacts with prescribed places.
             if (size(other) == 0 .or. any(both%held > 0 .and. both%edit == edit_merge)) cycle
@@ -281,26 +281,20 @@ contains
          if (size(both%set) /= size(single(k)%set) .or. .not. same_set(both%set, single(k)%set)) all = [all, both]
          all = [all, single(k)]
       end do
-
-   contains
-
-      function at_place(set, j) result(found)
-         type(contact_span_t), intent(in) :: set(:)
-         integer, intent(in) :: j
-         type(neighbour_t), allocatable :: found(:)
-         associate (on => strip(doubt(j)%strip))
-            found = neighbours_at(set, doubt(j), on, min(length * on%length(), doubt(j)%room, part_of_segment * &
-               & minval(on%start(2:) - on%start(:size(on%start) - 1))), nearby * on%length())
-         end associate
-      end function at_place
    end function neighbours_together
 
-   !> First increment of the load factor that the deck gives; 0 if the step controls a displacement.
-   pure real(wp) function first_load(step)
-      type(step_t), intent(in) :: step
-      first_load = 0.0_wp
-      if (step%method /= method_displacement) first_load = abs(step%increment)
-   end function first_load
+   !> Neighbours of a set at a place where a test fails.
+   function neighbours_of(strip, set, doubt, length) result(found)
+      type(strip_t), intent(in) :: strip(:)
+      type(contact_span_t), intent(in) :: set(:)  !! contact set on strips
+      type(doubt_t), intent(in) :: doubt          !! the place, on a strip
+      real(wp), intent(in) :: length(:)           !! lengths of a new contact or free span that are tried / length of the strip
+      type(neighbour_t), allocatable :: found(:)
+      associate (on => strip(doubt%strip))
+         found = neighbours_at(set, doubt, on, min(length * on%length(), doubt%room, part_of_segment * &
+            & minval(on%start(2:) - on%start(:size(on%start) - 1))), nearby * on%length())
+      end associate
+   end function neighbours_of
 
    !> True if two problems have the same point and line contacts with ends at the same segment boundaries or inside the same
    !> segments; the places of touchdown points may differ.

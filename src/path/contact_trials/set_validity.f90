@@ -14,7 +14,7 @@
 !> grows as long as the failing tests rise, because on another mesh a set may become valid a little later.
 module set_validity
    use kinds, only: wp
-   use model, only: step_t
+   use model, only: step_t, method_displacement
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t
    use contact_spans, only: contact_span_t
@@ -83,17 +83,18 @@ module set_validity
 contains
 
    !> The run's point as the place of a change of contact.
-   function new_change_place(problem, run, point, least_load, zero, beyond) result(here)
+   function new_change_place(problem, step, run, point, zero, beyond) result(here)
       type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step            !! its first increment is a scale of load changes
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: point
-      real(wp), intent(in) :: least_load
       type(span_test_t), intent(in), optional :: zero(:) !! tests that are zero at the run's point, if the change is located there
       type(state_t), intent(in), optional :: beyond !! equilibrium further along the path
       type(change_place_t) :: here
       here%problem = problem
       here%path_point_t = point
-      here%least_load = least_load
+      here%least_load = abs(run%last_load)
+      if (step%method /= method_displacement) here%least_load = max(here%least_load, abs(step%increment))
       here%travelled = run%arc_length * problem%size
       here%at_change = present(zero)
       here%spans_begun = run%spans_begun

@@ -5,10 +5,18 @@ module critical_points
    use problem, only: problem_t
    use rod_state, only: state_t
    use path_control, only: control_t
+   use path_continuity, only: path_tangent_t
    use error_bar, only: error_bars_t
    implicit none
    private
-   public :: critical_point_t, critical_points_t
+   public :: critical_point_t, critical_points_t, way_t
+
+   !> First point of a path that leads on from a contact change with another contact set than that of the run.
+   type :: way_t
+      type(problem_t) :: problem                 !! with this set
+      type(state_t) :: state
+      type(path_tangent_t) :: tangent            !! path tangent, away from the contact change
+   end type way_t
 
    !> A critical point, with the data that branch switching and the closure check need.
    type :: critical_point_t
@@ -19,6 +27,7 @@ module critical_points
       integer :: pivots = 0                      !! number of negative pivots before the point
       integer :: multiplicity = 0                !! BP: number of null vectors
       integer :: opens = 0                       !! BP: 1 or -1 if only the side along or against the null vector opens contacts
+      type(way_t), allocatable :: way(:)         !! BP: paths with other contact sets, instead of null vectors
       real(wp) :: scale = 1.0_wp                 !! BP: scale of its event, see event_t
       logical :: corner = .false.                !! LP: the load turns at a corner of the path; no rate is zero there
       type(error_bars_t), allocatable :: bars    !! BP: error bars, if the deck requests them

@@ -11,7 +11,7 @@ module path_state
    use error_bar, only: error_bars_t
    use enriched_problem, only: enriched_problem_t
    use mesh_request, only: refinement_t
-   use critical_points, only: critical_point_t, critical_points_t
+   use critical_points, only: critical_point_t, critical_points_t, way_t
    use displacement_functional, only: monitor_change
    use path_continuity, only: path_tangent_t, path_tangent_at, chord_between, goes_back, stands_still
    use path_record, only: region_t
@@ -183,7 +183,7 @@ contains
 
    !> Adds the point recorded last to the critical points.
    subroutine keep_critical_point(problem, run, label, state, trial, part, arc_length, pivots, multiplicity, scale, bars, free, &
-      & released, corner, opens)
+      & released, corner, opens, way)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
       character(*), intent(in) :: label !! LP, BP, C+ or C-
@@ -200,6 +200,7 @@ contains
       type(state_t), intent(in), optional :: released !! state of the critical point in that problem
       logical, intent(in), optional :: corner    !! LP: the load turns at a corner of the path
       integer, intent(in), optional :: opens     !! BP: side on which contacts open, see critical_point_t
+      type(way_t), intent(in), optional :: way(:) !! BP: see critical_point_t
       type(critical_point_t) :: critical_point
       critical_point%label = label
       call copy_problem(problem, critical_point%problem)
@@ -216,6 +217,7 @@ contains
       if (present(bars)) critical_point%bars = bars
       if (present(corner)) critical_point%corner = corner
       if (present(opens)) critical_point%opens = opens
+      if (present(way)) critical_point%way = way
       if (present(free)) then
          critical_point%direction = carried_field(problem, state, critical_point%direction, free, released)
          critical_point%drift = carried_field(problem, state, critical_point%drift, free, released)

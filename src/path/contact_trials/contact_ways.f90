@@ -1,0 +1,102 @@
+!> Ways on from a point at which several contacts begin, or end, at once.
+!>
+!> Gaps and contact forces are complementary: along the path that leads on each of these contacts either stays open, with a gap that
+!> grows, or is closed, with a force that grows. This rate complementarity problem has one solution in a stable structure. If the
+!> structure with the contacts open is unstable it may have several, for instance where an antisymmetric column meets two walls: it
+!> rests on both, or turns towards either of them. All sets are tried; those whose path satisfies all tests are solutions.
+module contact_ways
+   use model, only: step_t
+   use problem, only: problem_t
+   use contact_spans, only: contact_span_t, line_share
+   use span_candidates, only: present_contact_spans
+   use test_kinds, only: span_test_t, test_gap, test_force
+   use next_spans, only: next_t, copy_next
+   use path_point, only: path_point_t
+   use path_state, only: path_state_t
+   use rod_strips, only: strip_t, find_strips, on_strips
+   use neighbours, only: doubt_t, neighbour_t, edit_add, edit_remove
+   use doubts, only: doubts_of
+   use set_trial, only: solve_neighbour
+   use set_validity, only: change_place_t, new_change_place, trial_t, is_near, verify
+   use contact_trials, only: neighbours_of, same_kind
+   implicit none
+   private
+   public :: other_ways
+
+   integer, parameter :: most = 4                !! contacts that are combined: the number of their sets doubles with each
+
+contains
+
+   !> Finds the contact sets, other than the one taken, with which the path may go on from a located change.
+   subroutine other_ways(problem, step, run, point, zero, taken, way)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: point     !! place of the change, with the present set
+      type(span_test_t), intent(in) :: zero(:)    !! tests that are zero there
+      type(next_t), intent(in) :: taken           !! the set with which the run goes on
+      type(next_t), allocatable, intent(out) :: way(:) !! the other sets, each at an equilibrium at which its tests are satisfied
+      type(change_place_t) :: here
+      type(strip_t), allocatable :: strip(:)
+      type(doubt_t), allocatable :: doubt(:)
+      type(neighbour_t) :: neighbour
+      type(trial_t) :: trial
+      integer :: subset, k
+      logical :: found
+      allocate (way(0))
+      if (all(zero(1)%kind /= [test_gap, test_force]) .or. count(zero%kind == zero(1)%kind) < 2) return
+      strip = find_strips(problem%layout)
+      doubt = doubts_of(problem, point%state, strip, pack(zero, zero%kind == zero(1)%kind), point%system%force_scale)
+      doubt = pack(doubt, doubt%strip > 0)
+      if (size(doubt) < 2 .or. size(doubt) > most) return
+      here = new_change_place(problem, step, run, point, zero)
+      do subset = 1, 2**size(doubt) - 1
+         call edit_all(strip, on_strips(strip, present_contact_spans(problem, point%state)), pack(doubt, [(btest(subset, k - 1), &
+            & k=1, size(doubt))]), neighbour, found)
+         if (found) call solve_neighbour(here, problem, point%state, run, strip, neighbour, .true., trial%set, found)
+         if (found) found = is_near(here, trial%set) .and. .not. same_kind(taken%problem, trial%set%problem)
+         if (.not. found) cycle
+         trial%edits = 1
+         trial%edit = neighbour%edit
+         call verify(step, run, here, trial)
+         if (trial%valid) call append(way, trial)
+      end do
+   end subroutine other_ways
+
+   !> Begins or ends all the given contacts.
+   subroutine edit_all(strip, set, doubt, neighbour, found)
+      type(strip_t), intent(in) :: strip(:)
+      type(contact_span_t), intent(in) :: set(:)  !! contact set on strips
+      type(doubt_t), intent(in) :: doubt(:)       !! places of these contacts
+      type(neighbour_t), intent(out) :: neighbour
+      logical, intent(out) :: found               !! false: there is no such set
+      type(neighbour_t), allocatable :: one(:)
+      integer :: k
+      neighbour%edit = merge(edit_add, edit_remove, doubt(1)%kind == test_gap)
+      neighbour%set = set
+      do k = 1, size(doubt)
+         one = neighbours_of(strip, neighbour%set, doubt(k), [line_share])
+         one = pack(one, one%edit == neighbour%edit)
+         found = size(one) > 0
+         if (.not. found) return
+         neighbour%set = one(1)%set
+      end do
+   end subroutine edit_all
+
+   !> Appends the set of a valid trial.
+   subroutine append(way, trial)
+      type(next_t), allocatable, intent(inout) :: way(:)
+      type(trial_t), intent(in) :: trial
+      type(next_t), allocatable :: longer(:)
+      integer :: k
+      allocate (longer(size(way) + 1))
+      do k = 1, size(way)
+         call copy_next(way(k), longer(k))
+      end do
+      associate (new => longer(size(longer)))
+         call copy_next(trial%set, new)
+         new%path_point_t = trial%there
+      end associate
+      call move_alloc(longer, way)
+   end subroutine append
+end module contact_ways
