@@ -56,6 +56,12 @@ class Run:
         """The critical points with this label, along the path."""
         return [critical for critical in self.results.critical if critical.label == label]
 
+    def ways(self) -> list:
+        """The contact changes behind which the path has several ways on: each is a BP besides."""
+        found = [critical for critical in self.labelled("BP") if "ways on" in critical.note]
+        assert {critical.point for critical in found} <= {critical.point for critical in self.labelled("C+") + self.labelled("C-")}
+        return found
+
     def only(self, label: str):
         """The one critical point with this label."""
         found = self.labelled(label)

@@ -62,7 +62,12 @@ def column(gap, waves, mesh, between=False, largest=None, stop=0.3):
 
 
 def events(run):
-    return [c.label for c in run.results.critical]
+    """Without the bifurcations of contacts that change at once."""
+    return [c.label for c in run.results.critical if c not in run.ways()]
+
+
+def bifurcations(run):
+    return [c for c in run.labelled("BP") if c not in run.ways()]
 
 
 @pytest.mark.parametrize("gap, mesh", [(0.005, "24"), (0.005, "36"), (0.005, "1E-4"), (0.02, "24")])
@@ -96,7 +101,7 @@ def test_no_limit_point_where_the_load_stands(gap, mesh, largest, between):
     run = column(gap, f"{0.02 * gap!r}, 0.", mesh, between, largest, stop=0.03)
     # Between walls the other one is touched later.
     assert events(run)[:2] == ["C+", "BP"] and set(events(run)[2:]) <= ({"C+", "EP"} if between else {"EP"})
-    buckles = run.only("BP")
+    buckles, = bifurcations(run)
     dr.assert_close(buckles.load_factor, 4.0, relative=math.pi**2 * gap**2 + 4.0 * PCR / EA + buckles.error / 4.0)
     assert np.all(np.diff(run.column("load_factor")[buckles.point:]) > -float(mesh) * 4.0)
 
@@ -108,7 +113,8 @@ def test_images_of_one_another(gap, mesh):
     a bifurcation. Further on both lines vanish at once, and both free parts touch at once: there the load is least."""
     run = column(gap, f"0., {0.02 * gap!r}", mesh, between=True)
     assert events(run)[:2] == ["BP", "C+"] and sorted(events(run)[2:4]) == ["BP", "LP"] and events(run)[4:] == ["C+", "LP", "EP"]
-    first, second = run.labelled("BP")
+    first, second = bifurcations(run)
+    assert [c.point for c in run.ways()] == [c.point for c in run.labelled("C+")]
     limit, least = run.labelled("LP")
     dr.assert_close(first.load_factor, 1.0, relative=0.02 * math.pi**2 * gap**2 + PCR / EA + 1e-8 + first.error)
     dr.assert_close(second.load_factor, limit.load_factor, relative=1e-9)
@@ -128,7 +134,7 @@ def test_the_limit_load_does_not_hang_on_the_mesh():
     """Both bars hold where both events are one."""
     runs = [column(0.005, "0., 0.0001", mesh, between=True) for mesh in ("26", "40")]
     for label in ("LP", "BP"):
-        coarse, fine = (run.labelled(label)[-1] for run in runs)
+        coarse, fine = ([c for c in run.labelled(label) if c not in run.ways()][-1] for run in runs)
         assert abs(coarse.load_factor - fine.load_factor) <= coarse.error + fine.error
         assert coarse.error < 1e-5 * coarse.load_factor
 

@@ -654,9 +654,9 @@ def test_the_load_stands_where_both_halves_buckle(count, accuracy):
     """Four times the critical load, but for the square of the slopes: the contact has just been a line, and the load hardly changes up
     to the other wall. A mesh made there must not turn the path round."""
     run = dr.run_deck(STANDING.format(count=count, accuracy=accuracy))
-    labels = [c.label for c in run.results.critical]
-    assert labels in (["C+", "LP", "C+", "EP"], ["C+", "BP", "C+", "EP"])
-    loads = [c.load_factor for c in run.results.critical]
+    found = [c for c in run.results.critical if c not in run.ways()]
+    assert [c.label for c in found] in (["C+", "LP", "C+", "EP"], ["C+", "BP", "C+", "EP"])
+    loads = [c.load_factor for c in found]
     assert loads[1] == pytest.approx(4.0, rel=(0.05 * np.pi)**2) and loads[3] == pytest.approx(20.0, rel=1e-9)
     dr.assert_close(loads[:3], [0.98309484, 3.98461403, 4.09064384], relative=1e-5)
     assert (np.diff(run.column("short")) > 0.0).all()

@@ -107,7 +107,7 @@ def test_no_event_where_only_an_iteration_tells(gap, elements):
 def test_images_at_a_mirror_lie_down_at_once(gap, tolerance):
     """Two points on the lower wall, at loads that a mesh makes differ by less than the line of the first takes to have a length."""
     run = column("clamped", gap, ((0.05, 1), (-0.02, 3)), tolerance, walls=2)
-    assert labels(run) == ["C+", "BP", "C+", "EP"]
+    assert [c.label for c in run.results.critical if c not in run.ways()] == ["C+", "BP", "C+", "EP"]
     contact = run.results.contact
     assert contact.count[-1] == 3
     length = np.sort((contact.end - contact.start)[-1, :3])

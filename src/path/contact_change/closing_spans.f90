@@ -10,8 +10,7 @@ module closing_spans
    use past_breakpoints, only: beyond
    use test_kinds, only: span_test_t, any_fails, test_vanishing
    use span_tests, only: run_span_tests
-   use span_regions, only: find_span_regions
-   use path_record, only: region_t, recorder_t
+   use path_record, only: recorder_t
    use contact_change_types, only: step_interval_t
    use reachability, only: reach_of
    use next_spans, only: next_t
@@ -76,8 +75,6 @@ contains
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(next_t) :: first, next
-      type(region_t), allocatable :: region(:)   ! of the set without the spans
-      integer :: fewer                           ! regions than before
       finished = .false.
       changed = size(closing) > 0
       if (.not. changed) return
@@ -93,12 +90,6 @@ contains
          end if
       end associate
       if (.not. changed) return
-      region = find_span_regions(first%problem, first%state)
-      fewer = size(find_span_regions(problem, point%state)) - size(region)
-      first%times = max(fewer, 1)
-      first%label = '  '
-      ! Contact that comes to a support on the obstacle is no region any more.
-      if (fewer > 0) first%label = merge('C+', 'C-', remains_beside(problem, closing, region))
       call begin_set(problem, step, run, first, next, recorder, finished, outcome)
    end subroutine close_spans
 
@@ -119,23 +110,6 @@ contains
       goes_on = report%converged
       if (goes_on) goes_on = .not. any_fails(run_span_tests(problem, there%state, max(there%system%force_scale, tiny(onset))))
    end function goes_on
-
-   !> True if a contact beside the free spans is part of one of the regions.
-   pure logical function remains_beside(problem, closing, region) result(remains)
-      type(problem_t), intent(in) :: problem     !! problem of the tests
-      type(span_test_t), intent(in) :: closing(:) !! tests of the free spans
-      type(region_t), intent(in) :: region(:)
-      integer :: k, side, i
-      remains = .false.
-      do k = 1, size(closing)
-         do side = 1, 2
-            if (closing(k)%beside(side) == 0) cycle
-            associate (contact => problem%contact_span(closing(k)%beside(side))%number)
-               remains = remains .or. any([(region(i)%contact_span == contact, i=1, size(region))])
-            end associate
-         end do
-      end do
-   end function remains_beside
 
    !> True if the span has become shorter on the interval.
    pure logical function closes(interval, which)

@@ -11,7 +11,6 @@ module span_changes
    use model, only: step_t, method_load
    use text, only: to_text
    use problem, only: problem_t, copy_problem
-   use span_regions, only: find_span_regions
    use test_kinds, only: span_test_t, any_fails, test_words, test_gap, test_force, test_crossing, test_length
    use reachability, only: turns
    use closing_spans, only: about_to_close, vanishing, close_spans
@@ -159,7 +158,6 @@ contains
       type(next_t) :: first, next, without
       type(next_t), allocatable :: way(:)        ! other sets with which the path may go on
       type(span_test_t), allocatable :: zero(:)
-      integer :: regions(2)                      ! numbers of contact regions before and after the change
       logical :: found, vanishes
       change%label = label_of(problem, change%tests(change%which))
       zero = [change%tests(change%which), zero_too(change%tests, change%which, interval%after%value < interval%before%value)]
@@ -175,13 +173,8 @@ contains
       end if
       if (.not. found) call try_sets(problem, step, run, change%point, first, next, found, zero)
       if (found .and. change%label == '  ') then
-         regions = [size(find_span_regions(problem, change%point%state)), size(find_span_regions(first%problem, first%state))]
-         change%divides = regions(2) > regions(1) .and. first%divides
-         ! If the number of regions is unchanged, contact has only moved along the rod: none is lost or gained.
-         if (regions(2) /= regions(1)) change%label = first%label
-         if (regions(2) > regions(1)) change%label = merge('C-', 'C+', change%divides)
-         ! A contact at a support on the obstacle is no region: the line that has shrunk onto the support is lost.
-         if (regions(2) < regions(1) .and. first%label == '  ') change%label = 'C-'
+         change%label = first%label
+         change%divides = first%divides
       end if
       vanishes = any(change%tests(change%which)%kind == [test_crossing, test_length]) .and. change%label /= '  '
       if (vanishes) call find_vanished(problem, change%point%state, change%tests(change%which), small_load(run), without, vanishes)

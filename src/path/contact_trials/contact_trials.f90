@@ -19,9 +19,9 @@ module contact_trials
    use next_spans, only: next_t, copy_next, tests_of, go_to_load
    use path_point, only: path_point_t
    use path_state, only: path_state_t
-   use contact_in_doubt, only: tell_differences
-   use rod_strips, only: strip_t, find_strips, on_strips
-   use neighbours, only: doubt_t, neighbour_t, neighbours_at, edit_merge, divides, closes, no_test
+   use set_differences, only: tell_differences
+   use rod_strips, only: strip_t, find_strips, on_strips, strip_place
+   use neighbours, only: doubt_t, neighbour_t, neighbours_at, edit_merge, closes, no_test
    use doubts, only: doubts_of, all_doubts
    use set_trial, only: solve_neighbour
    use set_validity, only: change_place_t, new_change_place, trial_t, copy_trial, is_near, verify, load_changes, &
@@ -63,9 +63,8 @@ contains
       type(strip_t), allocatable :: strip(:)
       type(doubt_t), allocatable :: doubt(:)
       type(trial_t), allocatable :: valid(:)
-      type(contact_span_t), allocatable :: before(:)
-      real(wp), allocatable :: near(:)
-      integer :: k, j, best
+      real(wp) :: wide                            ! longest free span that vanishes / length of the strip
+      integer :: best
       strip = find_strips(problem%layout)
       here = new_change_place(problem, step, run, point, zero, beyond)
       here%vanishes = present(closing)
@@ -77,6 +76,11 @@ contains
          doubt = places_in_doubt(here, strip)
       end if
       call try_edits(step, run, here, strip, doubt, first_length, valid)
+      wide = 0.0_wp
+      if (present(closing)) wide = maxval([(width_of(closing(best)), best=1, size(closing))])
+      do best = 1, size(valid)
+         call label(problem, run, here, wide, valid(best))
+      end do
       if (here%at_change .and. size(valid) > 0) call enlarge(step, run, here, strip, doubt, valid)
       if (here%vanishes) then
          best = first_to_begin(run%last%state%load_factor, valid)
@@ -88,23 +92,18 @@ contains
       call copy_next(valid(best)%set, first)
       call copy_next(valid(best)%set, next)
       next%path_point_t = valid(best)%there
-      before = present_contact_spans(problem, here%state)
-      ! The former contacts are widened by `nearby`, at most to the middle between two: a new contact beside a former one is a part
-      ! of it, so that the former contact divides.
-      near = [(nearby * problem%layout%rod_segment(before(k)%rod_segment)%length, k=1, size(before))]
-      do k = 1, size(before)
-         do j = 1, size(before)
-            if (before(j)%rod_segment /= before(k)%rod_segment .or. before(j)%at(1) <= before(k)%at(2)) cycle
-            near([j, k]) = min(near([j, k]), 0.5_wp * (before(j)%at(1) - before(k)%at(2)))
-         end do
-      end do
-      do k = 1, size(before)
-         before(k)%at = before(k)%at + [-near(k), near(k)]
-      end do
-      call tell_differences(problem, run, before, 0.0_wp * problem%layout%rod_segment%length, spread(0.0_wp, 1, &
-         & size(problem%deck%contact)), first)
-      if (here%at_change) first%divides = divides(valid(best)%edit)
-      next%problem%contact_span%number = first%problem%contact_span%number
+      next%label = '  '
+
+   contains
+
+      !> Length of a free span / length of its strip.
+      pure real(wp) function width_of(test)
+         type(span_test_t), intent(in) :: test
+         real(wp) :: along
+         integer :: on
+         call strip_place(strip, test%rod_segment, test%ends(1), on, along)
+         width_of = (test%ends(2) - test%ends(1)) / strip(on)%length()
+      end function width_of
    end subroutine try_sets
 
    !> Enlarges the new contact or free span of a set found until the path can continue from there: by its length as long as the load
@@ -126,10 +125,42 @@ contains
          call try_edits(step, run, here, strip, doubt, [length], larger)
          if (size(larger) == 0) return
          if (.not. same_kind(larger(1)%set%problem, valid(1)%set%problem)) return
+         call take_label(valid(1)%set, larger(1)%set)
          call move_alloc(larger, valid)
       end do
       if (valid(1)%sized) call go_on(here, valid(1))
    end subroutine enlarge
+
+   !> Labels the change from the present set to another one. Both are compared at about the same point of the path. A contact
+   !> continues another one from which it is not much farther than the length of what is new or vanishes.
+   subroutine label(problem, run, here, wide, trial)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(in) :: run
+      type(change_place_t), intent(in) :: here    !! the present set, at a located change
+      real(wp), intent(in) :: wide                !! longest free span that vanishes / length of the strip
+      type(trial_t), intent(inout) :: trial
+      real(wp) :: near
+      logical :: farther
+      farther = allocated(here%beyond)
+      if (farther) farther = abs(trial%set%state%load_factor - here%beyond%load_factor) < abs(trial%set%state%load_factor - &
+         & here%state%load_factor)
+      near = nearby + first_length(trial%length) + wide
+      if (farther) then
+         call tell_differences(problem, here%beyond, near, run%spans_begun, trial%set)
+      else
+         call tell_differences(problem, here%state, near, run%spans_begun, trial%set)
+      end if
+   end subroutine label
+
+   !> Labels a set like another one with the same contacts.
+   pure subroutine take_label(from, to)
+      type(next_t), intent(in) :: from
+      type(next_t), intent(inout) :: to
+      to%label = from%label
+      to%times = from%times
+      to%divides = from%divides
+      to%problem%contact_span%number = from%problem%contact_span%number
+   end subroutine take_label
 
    !> Follows a set by growing changes of the load to an equilibrium from which increments can go on.
    subroutine go_on(here, trial)

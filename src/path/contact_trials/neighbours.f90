@@ -12,7 +12,7 @@ module neighbours
    use rod_strips, only: strip_t, brought_near
    implicit none
    private
-   public :: doubt_t, neighbour_t, neighbours_at, divides, closes, no_test
+   public :: doubt_t, neighbour_t, neighbours_at, closes, no_test
    public :: edit_remove, edit_add, edit_spread, edit_part, edit_leave, edit_shrink, edit_ends, edit_open, edit_end_off, &
       & edit_lie_down, edit_merge, edit_pass, edit_jump, edit_rise, edit_change
 
@@ -160,12 +160,6 @@ contains
          all(first + 1:)%length = number
       end subroutine edit_with
    end function neighbours_at
-
-   !> True if a contact divides by an edit: contact remains on both sides of a new free span.
-   pure logical function divides(edit)
-      integer, intent(in) :: edit
-      divides = any(edit == [edit_part, edit_ends, edit_open, edit_end_off, edit_jump])
-   end function divides
 
    !> True if an edit may take a free span away.
    pure logical function closes(edit)

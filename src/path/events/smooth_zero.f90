@@ -72,7 +72,7 @@ contains
             & located_event)
       else if (run%since_change%shrunk) then
          call take_beginning(step, run, located_event)
-      else if (located_event%event%kind == event_limit) then
+      else if (located_event%event%kind == event_limit .and. .not. located_event%event%meets) then
          call take_nearer_end(problem, step, run, trial, located_event)
       end if
    end subroutine locate_smooth

@@ -17,6 +17,7 @@ module contact_in_doubt
    use nodes_to_spans, only: find_spans_ahead
    use next_spans, only: next_t
    use set_onset, only: go_back
+   use set_differences, only: tell_differences
    use state_transfer, only: carried, carried_field
    use path_control, only: control_t, is_arc_length, displacement_between, path_length
    use path_continuity, only: path_tangent_at
@@ -24,15 +25,10 @@ module contact_in_doubt
    use corrector, only: increment_t, correct
    implicit none
    private
-   public :: ask_nodes, tell_differences
+   public :: ask_nodes
 
    real(wp), parameter :: turning = 2.0_wp      !! largest rate of displacement, over the path's own rate, at a contact change;
    !! no input deck changes from 0.2 to 20
-
-   !> Numbers of contacts lost, gained, divided and merged from one contact set to the next.
-   type :: differences_t
-      integer :: lost = 0, gained = 0, divided = 0, merged = 0
-   end type differences_t
 
 contains
 
@@ -82,32 +78,11 @@ contains
       if (path_length(next%problem, here, ahead) <= 0.0_wp) here = carried(problem, run%last%state, next%problem)
       next%tangent = path_tangent_at(next%problem, next%system, displacement_between(next%problem, here, ahead), &
          & ahead%load_factor - here%load_factor)
-      call tell_differences(problem, run, present_contact_spans(problem, run%last%state), nodes%layout%rod_segment%length / &
-         & (nodes%element_last - nodes%element_first + 1), nodes%candidates%chain_length, next)
+      call tell_differences(problem, run%last%state, 1.0_wp / minval(nodes%element_last - nodes%element_first + 1), &
+         & run%spans_begun, next)
       ! The changes are between the present point and this one, and there may be other sets between.
       next%located = next%times == 0
    end subroutine ask_nodes
-
-   !> Determines the contacts lost or gained by comparing the next set with the present one; they are reported at the next set's
-   !> first point.
-   subroutine tell_differences(problem, run, before, spacing, round, next)
-      type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run
-      type(contact_span_t), intent(in) :: before(:) !! the present contact spans
-      real(wp), intent(in) :: spacing(:)           !! (rod segments) distance within which a contact continues
-      real(wp), intent(in) :: round(:)             !! (contacts) length of a closed chain, 0 for an open chain
-      type(next_t), intent(inout) :: next          !! its contacts get their numbers
-      type(differences_t) :: differences
-      integer :: begun, ended
-      call compare_sets(before, run%spans_begun, spacing, problem%chain_start, round, &
-         & present_contact_spans(next%problem, next%state), next%problem%contact_span, differences)
-      begun = differences%gained + differences%merged
-      ended = differences%lost + differences%divided
-      if (begun > 0) next%label = 'C+'
-      if (ended > 0) next%label = 'C-'
-      next%times = begun + ended
-      next%divides = differences%divided > 0 .and. differences%lost == 0
-   end subroutine tell_differences
 
    !> True if the next equilibrium is near enough to be on the same path: its distance agrees with the path's rate over the change
    !> of load, apart from the difference of the meshes.
@@ -146,84 +121,4 @@ contains
          end do
       end do
    end function at_touches
-
-   !> Continuing contacts keep their numbers: contact spans of both sets that overlap, or are no farther apart than the spacing of
-   !> the nodes that detected them. The others are new. Parts of a line contact on both sides of a segment boundary are one contact,
-   !> and a contact that crosses a boundary continues.
-   pure subroutine compare_sets(before, last, spacing, start, round, now, contact_span, differences)
-      type(contact_span_t), intent(in) :: before(:)
-      integer, intent(in) :: last                  !! last number given
-      real(wp), intent(in) :: spacing(:)           !! (rod segments) distance of the nodes that detected the contact
-      real(wp), intent(in) :: start(:, :)          !! (rod segments, contacts) coordinate of the segment's beginning along the chain
-      real(wp), intent(in) :: round(:)             !! (contacts) length of a closed chain, 0 for an open chain
-      type(contact_span_t), intent(in) :: now(:)
-      type(contact_span_t), intent(inout) :: contact_span(:) !! contact spans of `now`, to receive the numbers
-      type(differences_t), intent(out) :: differences
-      logical :: over(size(before), size(now)), both(size(before), size(now))
-      integer :: k, j, part(size(before)), part_now(size(now))
-      do k = 1, size(now)
-         over(:, k) = [(apart(before(j), now(k)) <= 0.0_wp, j=1, size(before))]
-      end do
-      do k = 1, size(now)
-         if (any(over(:, k))) cycle
-         do j = 1, size(before)
-            if (any(over(j, :)) .or. apart(before(j), now(k)) > spacing(now(k)%rod_segment)) cycle
-            over(j, k) = .true.
-            exit
-         end do
-      end do
-      do k = 1, size(now)
-         contact_span(k)%number = last + k
-         j = findloc(over(:, k) .and. before%rod_segment == now(k)%rod_segment, .true., 1)
-         if (j == 0) j = findloc(over(:, k), .true., 1)
-         ! If a contact has divided, its first part keeps the number.
-         if (j > 0) then
-            if (findloc(over(j, :) .and. (now%rod_segment == before(j)%rod_segment .or. .not. any(over(j, :) .and. &
-               & now%rod_segment == &
-               & before(j)%rod_segment)), .true., 1) == k) contact_span(k)%number = before(j)%number
-         end if
-      end do
-      part = first_parts(before)
-      part_now = first_parts(now)
-      both = .false.
-      do k = 1, size(now)
-         do j = 1, size(before)
-            if (over(j, k)) both(part(j), part_now(k)) = .true.
-         end do
-      end do
-      associate (whole => part == [(j, j=1, size(part))], whole_now => part_now == [(k, k=1, size(part_now))])
-         differences%lost = count(whole .and. .not. any(both, 2))
-         differences%gained = count(whole_now .and. .not. any(both, 1))
-         differences%divided = sum(max(count(both, 2) - 1, 0))
-         differences%merged = sum(max(count(both, 1) - 1, 0))
-      end associate
-
-   contains
-
-      !> Distance of two contact spans along the rod, < 0 if they overlap; huge for different contacts.
-      pure real(wp) function apart(one, other)
-         type(contact_span_t), intent(in) :: one, other
-         real(wp) :: a(2), b(2)
-         apart = huge(apart)
-         if (one%contact /= other%contact) return
-         a = one%at + start(one%rod_segment, one%contact)
-         b = other%at + start(other%rod_segment, other%contact)
-         apart = max(a(1) - b(2), b(1) - a(2))
-         ! On a closed chain the distance in the other direction may be shorter.
-         if (round(one%contact) > 0.0_wp) apart = min(apart, round(one%contact) + min(a(1) - b(2), b(1) - a(2)))
-      end function apart
-   end subroutine compare_sets
-
-   !> For each contact span the first one of the same contact: parts of a line contact share the candidate at the segment boundary
-   !> between them.
-   pure function first_parts(set) result(first)
-      type(contact_span_t), intent(in) :: set(:)
-      integer :: first(size(set)), k, j
-      first = [(k, k=1, size(set))]
-      do k = 2, size(set)
-         do j = 1, k - 1
-            if (any(set(k)%candidate == set(j)%candidate([2, 1]))) where (first == first(k)) first = first(j)
-         end do
-      end do
-   end function first_parts
 end module contact_in_doubt

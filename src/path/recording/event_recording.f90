@@ -55,7 +55,7 @@ contains
          if (run%branch == 0 .and. smooth) outcome%home = on_parent_path(problem, run, point%state)
          if (outcome%home) outcome%why = 'the path comes back to a bifurcation of its own at load factor '// &
             & to_text(point%state%load_factor)//': beyond lies what it has passed'
-         if (event%kind == event_limit) call check_closure(problem, run, point%state, event%label, outcome)
+         if (event%kind == event_limit .and. .not. outcome%home) call check_closure(problem, run, point%state, event%label, outcome)
          if (outcome%home) return
          critical = new_critical(event%label, event%note, located_event%bars)
          ! At a corner of the path the two tangents have different pivots: those before the event are recorded.

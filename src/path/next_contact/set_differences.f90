@@ -1,0 +1,143 @@
+!> Differences between two contact sets: the label of the change, and the numbers of the contact spans that continue.
+!>
+!> Contacts are compared along strips, where a line contact that passes a segment boundary is one contact. Of two contacts with one
+!> obstacle, before and behind the change, the second continues the first if they overlap or are near. A node clamped on an
+!> obstacle, without contact beside it, is no contact.
+module set_differences
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use contact_spans, only: contact_span_t
+   use rod_strips, only: strip_t, find_strips, strip_place, on_strips, brought_near
+   use span_candidates, only: present_contact_spans
+   use breakpoint_forces, only: stands
+   use next_spans, only: next_t
+   implicit none
+   private
+   public :: tell_differences
+
+contains
+
+   !> Labels the change from the present contact set to the next one, and numbers the contact spans of the next set. Contact is
+   !> gained (C+) where a contact continues none, or several that merge; it is lost (C-) where a contact is continued by none, or by
+   !> several (it splits); if contacts are gained and lost at once, the larger number counts. A contact that only moves gives no
+   !> label.
+   subroutine tell_differences(problem, state, near, last, next)
+      type(problem_t), intent(in) :: problem       !! with the present set
+      type(state_t), intent(in) :: state           !! of `problem`, at the change
+      real(wp), intent(in) :: near                 !! distance within which one contact continues another / length of the strip
+      integer, intent(in) :: last                  !! last number given to a contact span
+      type(next_t), intent(inout) :: next          !! receives the label; its contact spans get their numbers
+      type(strip_t), allocatable :: strip(:)
+      logical, allocatable :: same(:, :)
+      integer :: gained, split, lost
+      strip = find_strips(problem%layout)
+      call number_spans(problem%contact_span, continued(strip, near, placed(strip, problem, state), placed(strip, next%problem, &
+         & next%state)), last, next%problem%contact_span)
+      same = continued(strip, near, contacts(strip, problem, state), contacts(strip, next%problem, next%state))
+      gained = count(.not. any(same, 1)) + sum(max(count(same, 1) - 1, 0))
+      split = sum(max(count(same, 2) - 1, 0))
+      lost = count(.not. any(same, 2)) + split
+      next%label = '  '
+      if (gained > 0) next%label = 'C+'
+      if (lost > gained) next%label = 'C-'
+      next%times = max(gained, lost)
+      next%divides = next%label == 'C-' .and. lost == split
+   end subroutine tell_differences
+
+   !> Contact spans of a state in coordinates along the strips.
+   function placed(strip, problem, state) result(set)
+      type(strip_t), intent(in) :: strip(:)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(contact_span_t), allocatable :: set(:)
+      real(wp) :: along(2)
+      integer :: k, i, on
+      set = present_contact_spans(problem, state)
+      do k = 1, size(set)
+         do i = 1, 2
+            call strip_place(strip, set(k)%rod_segment, set(k)%at(i), on, along(i))
+         end do
+         set(k)%rod_segment = on
+         set(k)%at = along
+      end do
+   end function placed
+
+   !> Contacts of a state along the strips, without nodes clamped on an obstacle.
+   function contacts(strip, problem, state) result(set)
+      type(strip_t), intent(in) :: strip(:)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(contact_span_t), allocatable :: set(:)
+      integer :: k
+      set = on_strips(strip, present_contact_spans(problem, state))
+      set = pack(set, set%line .or. .not. [(stands(problem, state, set(k)%candidate(1)), k=1, size(set))])
+   end function contacts
+
+   !> (before, now) true: a contact continues one of the contacts before. The contacts of either set may reach beyond their ends by
+   !> `near`, at most to the middle between two of the set.
+   function continued(strip, near, before, now) result(same)
+      type(strip_t), intent(in) :: strip(:)
+      real(wp), intent(in) :: near                 !! as in tell_differences
+      type(contact_span_t), intent(in) :: before(:), now(:) !! contacts on strips
+      logical :: same(size(before), size(now))
+      same = overlap(before, now) .or. transpose(overlap(now, before))
+
+   contains
+
+      !> (set, other) true: a widened contact of one set overlaps a contact of the other set.
+      function overlap(set, other)
+         type(contact_span_t), intent(in) :: set(:), other(:)
+         logical :: overlap(size(set), size(other))
+         real(wp) :: at(2), reach(2)
+         integer :: j, k
+         overlap = .false.
+         do j = 1, size(set)
+            associate (one => set(j), on => strip(set(j)%rod_segment))
+               reach = near * on%length()
+               do k = 1, size(set)
+                  if (k == j .or. .not. along_with(set(k), one)) cycle
+                  at = brought_near(on, set(k)%at, 0.5_wp * sum(one%at))
+                  if (at(2) < one%at(1)) reach(1) = min(reach(1), 0.5_wp * (one%at(1) - at(2)))
+                  if (at(1) > one%at(2)) reach(2) = min(reach(2), 0.5_wp * (at(1) - one%at(2)))
+               end do
+               do k = 1, size(other)
+                  if (.not. along_with(other(k), one)) cycle
+                  at = brought_near(on, other(k)%at, 0.5_wp * sum(one%at))
+                  overlap(j, k) = at(1) <= one%at(2) + reach(2) .and. one%at(1) - reach(1) <= at(2)
+               end do
+            end associate
+         end do
+      end function overlap
+
+      !> True if two contacts lie on one strip and one obstacle.
+      pure logical function along_with(one, other)
+         type(contact_span_t), intent(in) :: one, other
+         along_with = one%contact == other%contact .and. one%rod_segment == other%rod_segment
+      end function along_with
+   end function continued
+
+   !> Continuing contact spans keep their numbers; of several that continue one span the first on the same rod segment does. All
+   !> others are new.
+   pure subroutine number_spans(before, same, last, now)
+      type(contact_span_t), intent(in) :: before(:)
+      logical, intent(in) :: same(:, :)            !! (before, now) as in continued
+      integer, intent(in) :: last                  !! last number given
+      type(contact_span_t), intent(inout) :: now(:)
+      logical :: taken(size(before))
+      integer :: j, k, round
+      taken = .false.
+      do k = 1, size(now)
+         now(k)%number = last + k
+      end do
+      do round = 1, 2
+         do k = 1, size(now)
+            if (now(k)%number <= last) cycle
+            j = findloc(same(:, k) .and. .not. taken .and. (before%rod_segment == now(k)%rod_segment .or. round == 2), .true., 1)
+            if (j == 0) cycle
+            now(k)%number = before(j)%number
+            taken(j) = .true.
+         end do
+      end do
+   end subroutine number_spans
+end module set_differences
