@@ -10,7 +10,7 @@ module line_pressure
    use contact_spans, only: contact_span_t
    use lifted_node, only: holding_density
    use state_transfer, only: find_point
-   use golden_section, only: golden_section_t
+   use golden_section, only: golden_section_t, golden
    implicit none
    private
    public :: pressure_t, sample_line, least_pressure, virtual_pressure
@@ -27,7 +27,7 @@ module line_pressure
 contains
 
    !> Samples the density along a line contact: at equal parts of its elements, at the joints of its track, and at minima between
-   !> these.
+   !> these and beside the ends.
    function sample_line(problem, state, line) result(pressure)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -54,11 +54,18 @@ contains
       at = at(:n)
       density = [(density_at(problem, state, line, at(i), kept), i=1, n)]
       pressure%at = at
-      n = min(2, n)
-      do i = 2, size(at) - 1
-         call insert(pressure%at, n, at(i + 1))
-         if (density(i) > density(i - 1) .or. density(i) >= density(i + 1)) cycle
-         place = least_between(problem, state, line, at(i - 1), at(i + 1), kept)
+      n = 0
+      do i = 1, size(at)
+         call insert(pressure%at, n, at(i))
+         associate (before => max(i - 1, 1), after => min(i + 1, size(at)))
+            if (density(i) > density(before) .or. (density(i) >= density(after) .and. after > i)) cycle
+            ! An end of the line is the least place beside it, unless the density falls from there.
+            if (before == i .or. after == i) then
+               place = at(i) + golden**sections * (at(before) + at(after) - 2.0_wp * at(i))
+               if (density_at(problem, state, line, place, kept) >= density(i)) cycle
+            end if
+            place = least_between(problem, state, line, at(before), at(after), kept)
+         end associate
          if (density_at(problem, state, line, place, kept) < density(i)) call insert(pressure%at, n, place)
       end do
       pressure%at = pressure%at(:n)
