@@ -14,7 +14,7 @@ module balance
    use section_forces, only: end_forces
    use span_forces, only: span_totals, end_force
    use track_nodes, only: rolled_t, rolled
-   use conforming_span, only: lying_t, conforming_forces, density_samples
+   use conforming_span, only: lying_t, conforming_forces, density_samples, smooth_parts
    use deck_nodes, only: deck_contact_gaps, find_node
    use element_foundation, only: foundation_forces
    use rod_profile, only: profile_t, new_profile, mend_ends, profile_doubt
@@ -186,7 +186,7 @@ contains
          type(lying_t) :: kept
          type(profile_t) :: profile
          real(wp), allocatable :: gaps(:), place(:, :)
-         integer :: c, e, i, mesh_node
+         integer :: c, e, i, parts, mesh_node
          call span_totals(problem, state, middle, totals, moment)
          total = total + [sum(totals(1, :, :)), sum(totals(2, :, :)), sum(moment)]
          accuracy%reaction = max(accuracy%reaction, maxval(abs(sum(totals(3, :, :), 2))))
@@ -212,8 +212,9 @@ contains
          ! mesh.
          do e = 1, problem%model%mesh%n_elements
             if (problem%conforms(e) == 0) cycle
-            do i = 0, density_samples
-               tau = real(i, wp) / density_samples
+            parts = density_samples * smooth_parts(problem, state, e, 1.0_wp)
+            do i = 0, parts
+               tau = real(i, wp) / parts
                call conforming_forces(problem, state, e, tau, local, x, angle, density, kept)
                call note_worst(accuracy, check_tension, (-density * problem%size - line_slack * scale) / max(accuracy%reaction, &
                   & least_reaction * scale), at, element=problem%model%mesh%element_label(e))

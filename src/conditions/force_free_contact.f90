@@ -13,7 +13,7 @@ module force_free_contact
    use obstacle_track, only: track_t
    use contact_spans, only: contact_span_t
    use track_nodes, only: node_track
-   use conforming_span, only: lying_t, conforming_forces, density_samples
+   use conforming_span, only: lying_t, conforming_forces, density_samples, smooth_parts
    use span_problem, only: new_span_problem
    use span_candidates, only: present_contact_spans
    use touchdown_points, only: carry_forces
@@ -231,12 +231,13 @@ contains
       real(wp), intent(in) :: bound
       real(wp) :: local(3), place(2), angle, density, noise
       type(lying_t) :: kept
-      integer :: e, i
+      integer :: e, i, parts
       is_pressed = .true.
       do e = problem%contact_span(contact_span)%element(1), problem%contact_span(contact_span)%element(2)
          noise = thrust_error * max(bend(problem%conforms(e)), bend(problem%candidates%neighbour(2, problem%conforms(e))))
-         do i = 0, density_samples
-            call conforming_forces(problem, state, e, real(i, wp) / density_samples, local, place, angle, density, kept)
+         parts = density_samples * smooth_parts(problem, state, e, 1.0_wp)
+         do i = 0, parts
+            call conforming_forces(problem, state, e, real(i, wp) / parts, local, place, angle, density, kept)
             if (abs(density) - noise > bound) return
          end do
       end do

@@ -4,7 +4,7 @@ module line_pressure
    use problem, only: problem_t
    use rod_state, only: state_t, element_load, node_position
    use track_nodes, only: excess_curvature, node_track, track_sense, rod_angle, bend_at, track_joints, find_joints, ge_end
-   use conforming_span, only: lying_t, conforming_forces, density_samples
+   use conforming_span, only: lying_t, conforming_forces, density_samples, smooth_parts
    use obstacle_track, only: track_t
    use rod_load, only: ge_load_t, line_at
    use contact_spans, only: contact_span_t
@@ -36,13 +36,14 @@ contains
       real(wp), allocatable :: at(:), density(:)
       type(lying_t) :: kept
       real(wp) :: place
-      integer :: e, i, n
+      integer :: e, i, n, parts
       n = 0
-      allocate (at(density_samples + 1))
+      allocate (at(8))
       do e = line%element(1), line%element(2)
          associate (s => state%geometry%element(e)%s + problem%origin(e))
-            do i = 0, density_samples
-               call insert(at, n, s(1) + (s(2) - s(1)) * i / density_samples)
+            parts = density_samples * smooth_parts(problem, state, e, 1.0_wp)
+            do i = 0, parts
+               call insert(at, n, s(1) + (s(2) - s(1)) * i / parts)
             end do
             associate (joint => s(1) + (s(2) - s(1)) * track_joints(problem, state, e))
                do i = 1, size(joint)

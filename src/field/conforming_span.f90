@@ -7,7 +7,7 @@ module conforming_span
    use kinds, only: wp, pi
    use problem, only: problem_t
    use rod_state, only: state_t, element_load, pose_of, candidate_offset, closing_rate
-   use reference_curve, only: curve_bend
+   use reference_curve, only: curve_bend, curve_scale
    use gauss_tableau, only: max_stages, stage_basis
    use small_dense, only: solve_small
    use obstacle_pose, only: pose_t
@@ -22,10 +22,10 @@ module conforming_span
    implicit none
    private
    public :: evaluate_conforming, lying_t, conforming_forces, conforming_displacement, conforming_change, &
-      & conforming_resultant, conforming_track, track_below, conforming_guess, density_samples
+      & conforming_resultant, conforming_track, track_below, conforming_guess, density_samples, smooth_parts
 
-   integer, parameter :: density_samples = 4 !! number of equal parts of an element, or of its smooth parts, at whose ends the
-   !! density of the contact force is sampled
+   integer, parameter :: density_samples = 4 !! number of equal parts of a smooth part of an element (smooth_parts) at whose ends
+   !! the density of the contact force is sampled
 
    !> Dense output of a conforming element in one state, stored to evaluate several points.
    type :: lying_t
@@ -37,6 +37,21 @@ module conforming_span
    end type lying_t
 
 contains
+
+   !> Number of equal parts into which a part of a conforming element is divided so that the density of the contact force is smooth
+   !> in each. The density contains the second derivative of the stress-free curvature, which may vary along an element however long
+   !> this is, for a rod on its obstacle needs no short elements.
+   pure integer function smooth_parts(problem, state, e, share) result(parts)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp), intent(in) :: share                 !! length of the part / length of the element
+      parts = 1
+      associate (c => problem%model%mesh%curve(e), s => state%geometry%element(e)%s)
+         if (c == 0) return
+         parts = max(1, nint(share * (s(2) - s(1)) / curve_scale(problem%model%curve(c), problem%model%imperfection, s(1), s(2))))
+      end associate
+   end function smooth_parts
 
    !> Stress-free curvature at the stages of an element.
    pure function stage_bends(problem, state, e, stages) result(bend)

@@ -8,7 +8,7 @@ module span_pushes
    use span_forces, only: end_force, cut_force
    use span_regions, only: chain_coordinate, lengths_before
    use track_nodes, only: rolled_t, rolled, track_joints, node_track, track_sense
-   use conforming_span, only: lying_t, conforming_forces, density_samples
+   use conforming_span, only: lying_t, conforming_forces, density_samples, smooth_parts
    implicit none
    private
    public :: point_pushes, line_pushes
@@ -57,7 +57,7 @@ contains
       real(wp), allocatable :: part(:), before(:)
       real(wp) :: local(3), place(2), angle, density, sense, tau, at
       type(lying_t) :: kept
-      integer :: c, e, k, i, n
+      integer :: c, e, k, j, i, n, parts
       allocate (list(6, 8))
       n = 0
       before = lengths_before(problem, state)
@@ -69,13 +69,16 @@ contains
          sense = track_sense(problem, state, c, node_track(problem, state, c))
          part = [0.0_wp, track_joints(problem, state, e), 1.0_wp]
          do k = 2, size(part)
-            do i = 0, density_samples
-               tau = min(max(real(i, wp) / density_samples, inside), 1.0_wp - inside)
-               tau = part(k - 1) + tau * (part(k) - part(k - 1))
-               call conforming_forces(problem, state, e, tau, local, place, angle, density, kept)
-               at = chain_coordinate(problem, state, c, 2, before) + tau * state%geometry%element(e)%length
-               ! The free side lies to the left of the obstacle's track.
-               call add(list, n, problem%candidates%contact(c), at, place, sense * density * [-sin(angle), cos(angle)])
+            parts = smooth_parts(problem, state, e, part(k) - part(k - 1))
+            do j = 0, parts - 1
+               do i = 0, density_samples
+                  tau = (j + min(max(real(i, wp) / density_samples, inside), 1.0_wp - inside)) / parts
+                  tau = part(k - 1) + tau * (part(k) - part(k - 1))
+                  call conforming_forces(problem, state, e, tau, local, place, angle, density, kept)
+                  at = chain_coordinate(problem, state, c, 2, before) + tau * state%geometry%element(e)%length
+                  ! The free side lies to the left of the obstacle's track.
+                  call add(list, n, problem%candidates%contact(c), at, place, sense * density * [-sin(angle), cos(angle)])
+               end do
             end do
          end do
       end do

@@ -3,10 +3,11 @@ module imperfection
    use kinds, only: wp, pi
    use model, only: imperfection_t, shape_sine, shape_cosine, shape_clamped, shape_nodal
    use quintic_spline, only: spline_derivatives, spline_value, ends_odd, ends_meet
+   use ordered_knots, only: shortest_piece
    use random_numbers, only: random_t, new_random, next_random
    implicit none
    private
-   public :: imperfection_value, nodal_imperfection, scale_imperfection, random_offsets
+   public :: imperfection_value, imperfection_scale, nodal_imperfection, scale_imperfection, random_offsets
 
    real(wp), parameter :: unit_peak = 1.5_wp * sqrt(3.0_wp) !! sin^2 cos times this has the largest value 1
 
@@ -56,6 +57,23 @@ contains
       if (present(ddw)) ddw = second
       if (present(dddw)) dddw = third
    end subroutine imperfection_value
+
+   !> Length over which an imperfection varies as a polynomial of low degree does: a half wave, or the distance of two knots.
+   pure real(wp) function imperfection_scale(imperfection, from, to) result(length)
+      type(imperfection_t), intent(in) :: imperfection
+      real(wp), intent(in) :: from, to         !! part of the chain
+      select case (imperfection%shape)
+      case (shape_sine, shape_cosine)
+         length = imperfection%length / max(1.0_wp, maxval(abs(imperfection%half_waves)))
+      case (shape_clamped)
+         ! Products of a sine's square and a cosine have three half waves.
+         length = imperfection%length / 3.0_wp
+      case (shape_nodal)
+         length = shortest_piece(imperfection%knot, from, to)
+      case default
+         length = huge(length)
+      end select
+   end function imperfection_scale
 
    !> Spline through nodal offsets. In a rod that lies straight, forces act where the third derivative of its imperfection jumps;
    !> that of this spline is continuous, and so is the pressure.

@@ -1,16 +1,16 @@
 !> Position, direction, curvature and length of the stress-free axis: a line, an arc or a spline with its imperfection.
 module reference_curve
    use kinds, only: wp, pi, parallel
-   use ordered_knots, only: piece_at
+   use ordered_knots, only: piece_at, shortest_piece
    use model, only: curve_t, path_t, imperfection_t, shape_nodal
    use obstacle_track, only: track_t, track_at
-   use imperfection, only: imperfection_value
+   use imperfection, only: imperfection_value, imperfection_scale
    use length_table, only: length_table_t, new_length_table, add_panel, close_table, panel_places, table_value, table_excess, &
       & table_points
    implicit none
    private
    public :: measure_curves, curve_point, curve_bend, curve_length, curve_abscissa, curve_goes_on
-   public :: path_point, is_straight
+   public :: path_point, is_straight, curve_scale
 
 contains
 
@@ -85,6 +85,27 @@ contains
       call path_point(curve%path, s, at, angle)
       bend = [at%curvature, at%curvature_rate, at%curvature_second] / curve%path%scale**[1, 2, 3]
    end function nominal_bend
+
+   !> Length over which the curvature varies as a polynomial of low degree does, on a part of the curve.
+   pure real(wp) function curve_scale(curve, imperfections, from, to) result(length)
+      type(curve_t), intent(in) :: curve
+      type(imperfection_t), intent(in) :: imperfections(:)
+      real(wp), intent(in) :: from, to  !! nominal coordinates of its ends
+      real(wp) :: ends(2)
+      length = huge(length)
+      if (allocated(curve%path)) then
+         associate (path => curve%path, spline => curve%path%shape%curve)
+            associate (knot => spline%start(:size(spline%piece) + 1))
+               ends = path%start + [from, to] / path%scale
+               ! A closed spline goes on at its beginning.
+               if (spline%closed) ends = [knot(1), knot(size(knot))]
+               length = path%scale * shortest_piece(knot, ends(1), ends(2))
+            end associate
+         end associate
+      end if
+      if (curve%imperfection > 0) length = min(length, imperfection_scale(imperfections(curve%imperfection), curve%offset + from, &
+         & curve%offset + to))
+   end function curve_scale
 
    !> True if the curve with its imperfection is a straight line.
    pure logical function is_straight(curve)

@@ -3,7 +3,7 @@ module ordered_knots
    use kinds, only: wp
    implicit none
    private
-   public :: piece_at
+   public :: piece_at, shortest_piece
 
 contains
 
@@ -34,4 +34,14 @@ contains
          end if
       end do
    end function piece_at
+
+   !> Length of the shortest piece between neighbouring knots that overlaps an interval.
+   pure real(wp) function shortest_piece(knot, from, to) result(length)
+      real(wp), intent(in) :: knot(:)         !! as in piece_at
+      real(wp), intent(in) :: from, to        !! ends of the interval, increasing
+      integer :: first, last
+      first = piece_at(knot, from)
+      last = piece_at(knot, to)
+      length = minval(knot(first + 1:last + 1) - knot(first:last))
+   end function shortest_piece
 end module ordered_knots
