@@ -52,8 +52,9 @@ contains
       real(wp), intent(in) :: tolerance        !! bound of the relative residuals
       type(spectrum_t), intent(out) :: spectrum
       type(error_t), allocatable, intent(out) :: error !! no convergence, or complex eigenvalues among those wanted
-      real(wp), allocatable :: v(:, :), w(:, :), theta(:), imaginary(:), ritz(:, :), residual(:, :), size_of(:), start(:, :)
-      integer :: block, largest, k, found, restart, i
+      real(wp), allocatable :: v(:, :), w(:, :), heavy(:, :), t(:, :) ! basis, Op v, weight v, and the projection heavy^T w
+      real(wp), allocatable :: theta(:), imaginary(:), ritz(:, :), residual(:, :), size_of(:), start(:, :)
+      integer :: block, largest, k, found, restart, i, projected      ! projected: columns of the basis that are in t
       real(wp), allocatable :: last(:)
       real(wp) :: last_size
       logical :: exhausted
@@ -62,11 +63,13 @@ contains
       last_size = huge(1.0_wp)
       block = min(wanted + 1, operator%n)
       largest = min(operator%n, max(6 * block, 40))
-      allocate (v(operator%n, largest + block), w(operator%n, largest + block))
+      allocate (v(operator%n, largest + block), w(operator%n, largest + block), heavy(operator%n, largest + block))
+      allocate (t(largest + block, largest + block))
       k = 0
+      projected = 0
       start = random_block(operator%n, block)
       where (spread(operator%weight, 2, block) <= 0.0_wp) start = 0.0_wp
-      call add_block(operator, start, v, k, exhausted)
+      call add_block(operator, start, v, heavy, k, exhausted)
       if (k == 0) then
          call fail(error, 'the inner product of the eigenvalue problem is zero')
          return
@@ -91,6 +94,8 @@ contains
          v(:, :i) = matmul(v(:, :k), ritz(:, :i))
          k = i
          call orthonormalise_pair(operator, v, w, k)
+         heavy(:, :k) = spread(operator%weight, 2, k) * v(:, :k)
+         projected = 0
          call extend(residual)
          if (restart == max_restarts) call take_ritz_values()
       end do restarts
@@ -129,12 +134,12 @@ contains
       !> Ritz values of the present basis and their residuals.
       subroutine take_ritz_values()
          integer :: j
-         call project(operator, v(:, :k), w(:, :k), theta, imaginary, ritz)
+         t(:k, projected + 1:k) = matmul(transpose(heavy(:, :k)), w(:, projected + 1:k))
+         t(projected + 1:k, :projected) = matmul(transpose(heavy(:, projected + 1:k)), w(:, :projected))
+         projected = k
+         call find_ritz(operator%symmetric, t(:k, :k), theta, imaginary, ritz)
          found = min(wanted, k)
-         residual = matmul(w(:, :k), ritz(:, :found))
-         do j = 1, found
-            residual(:, j) = residual(:, j) - theta(j) * matmul(v(:, :k), ritz(:, j))
-         end do
+         residual = matmul(w(:, :k), ritz(:, :found)) - matmul(v(:, :k), ritz(:, :found) * spread(theta(:found), 1, k))
          ! The smaller eigenvalues have the rounding error of the largest.
          size_of = [(max(norm(operator, residual(:, j)) - rounding * abs(theta(1)), 0.0_wp) / max(abs(theta(j)), tiny(1.0_wp)), &
             & j=1, found)]
@@ -145,20 +150,21 @@ contains
          real(wp), intent(in) :: more(:, :)
          integer :: old
          old = k
-         call add_block(operator, more, v, k, exhausted)
+         call add_block(operator, more, v, heavy, k, exhausted)
          if (k > old) call operator%apply(v(:, old + 1:k), w(:, old + 1:k))
       end subroutine extend
    end subroutine largest_eigenvalues
 
    !> Orthonormalises the columns of `more` against the basis and adds those that are independent of it.
-   subroutine add_block(operator, more, v, k, exhausted)
+   subroutine add_block(operator, more, v, heavy, k, exhausted)
       class(operator_t), intent(in) :: operator
       real(wp), intent(in) :: more(:, :)
       real(wp), intent(inout) :: v(:, :)
+      real(wp), intent(inout) :: heavy(:, :)   !! the columns of v times the weights
       integer, intent(inout) :: k              !! columns of the basis
       logical, intent(out) :: exhausted        !! true: no vector was independent, the basis is invariant
       real(wp) :: x(size(more, 1)), before, after
-      integer :: i, j, pass, old
+      integer :: i, pass, old
       old = k
       do i = 1, size(more, 2)
          if (k == size(v, 2) .or. k == operator%n) exit
@@ -167,14 +173,13 @@ contains
          if (.not. before > 0.0_wp) cycle
          x = x / before
          do pass = 1, 2
-            do j = 1, k
-               x = x - sum(v(:, j) * operator%weight * x) * v(:, j)
-            end do
+            x = x - matmul(v(:, :k), matmul(x, heavy(:, :k)))
          end do
          after = norm(operator, x)
          if (after < dependent) cycle
          k = k + 1
          v(:, k) = x / after
+         heavy(:, k) = operator%weight * v(:, k)
       end do
       exhausted = k == old
    end subroutine add_block
@@ -207,22 +212,18 @@ contains
    end subroutine orthonormalise_pair
 
    !> Eigenvalues of the projected operator, largest size first, with the coefficients of their Ritz vectors.
-   subroutine project(operator, v, w, theta, imaginary, ritz)
-      class(operator_t), intent(in) :: operator
-      real(wp), intent(in) :: v(:, :), w(:, :)
+   subroutine find_ritz(symmetric, projection, theta, imaginary, ritz)
+      logical, intent(in) :: symmetric
+      real(wp), intent(in) :: projection(:, :)
       real(wp), allocatable, intent(out) :: theta(:), imaginary(:), ritz(:, :)
       real(wp), allocatable :: t(:, :), work(:), left(:, :), found(:), found_imaginary(:), vectors(:, :)
       logical, allocatable :: taken(:)
       integer :: k, i, j, info
-      k = size(v, 2)
-      allocate (t(k, k), work(max(8 * k, 64)), found(k), found_imaginary(k), vectors(k, k), left(1, 1))
-      do j = 1, k
-         do i = 1, k
-            t(i, j) = sum(v(:, i) * operator%weight * w(:, j))
-         end do
-      end do
+      k = size(projection, 1)
+      t = projection
+      allocate (work(max(8 * k, 64)), found(k), found_imaginary(k), vectors(k, k), left(1, 1))
       found_imaginary = 0.0_wp
-      if (operator%symmetric) then
+      if (symmetric) then
          vectors = 0.5_wp * (t + transpose(t))
          call dsyev('V', 'L', k, vectors, k, found, work, size(work), info)
       else
@@ -237,7 +238,7 @@ contains
          imaginary(i) = found_imaginary(j)
          ritz(:, i) = vectors(:, j)
       end do
-   end subroutine project
+   end subroutine find_ritz
 
    pure real(wp) function norm(operator, x)
       class(operator_t), intent(in) :: operator
