@@ -23,6 +23,15 @@ module section_quantities
    ! Quantities, in the order of the deck's words.
    integer, parameter :: axial = 1, shear = 2, moment = 3, strain = 4, stress = 5
 
+   !> Part of an element of the mesh, with values of a quantity at places of equal distance in it.
+   type :: part_t
+      integer :: element = 0
+      real(wp) :: from = 0.0_wp, start = 0.0_wp !! coordinates of one point, along the monitor's elements and along the rod segment
+      real(wp) :: low = 0.0_wp, high = 0.0_wp, step = 0.0_wp !! ends of the part and distance of the places, 0 to 1 of the element
+      real(wp) :: tau = 0.0_wp, best = 0.0_wp   !! place and size of the largest value
+      real(wp) :: limit = 0.0_wp                !! size that no value between the places exceeds
+   end type part_t
+
    !> A quantity at a point of the mesh, as a number of the state.
    type, extends(local_number_t) :: section_number_t
       type(section_place_t) :: place
@@ -104,7 +113,9 @@ contains
       associate (model => problem%model, g => state%geometry%element(e), c => problem%model%mesh%curve(e))
          s = curve_abscissa(model%curve(c), model%imperfection, g%s(1), tau * g%length)
          call curve_point(model%curve(c), model%imperfection, s, x, angle, speed)
+         ! Distributions of loads are not needed, and a formula takes longer than all the rest.
          do k = 1, size(sample)
+            if (.not. any(section%dimension%distribution == k)) cycle
             if (model%distribution(k)%contains_place(c, 0.5_wp * (g%s(1) + g%s(2)))) &
                & call model%distribution(k)%value_at(s + model%distribution(k)%offset(c), x, sample(k), wrong)
          end do
@@ -120,17 +131,19 @@ contains
       type(monitor_t), intent(in) :: monitor
       real(wp), intent(out) :: value            !! without factor and offset
       type(section_place_t), intent(out) :: place !! in the mesh; its `s` counts along the elements of the monitor
+      type(part_t) :: part(size(monitor%element) + problem%model%mesh%n_elements)
       real(wp) :: from, at(2), s
-      integer :: i, segment
+      integer :: i, segment, parts
       place%quantity = monitor%component
       value = -1.0_wp
       from = 0.0_wp
+      parts = 0
       do i = 1, size(monitor%element)
          associate (deck => problem%deck%mesh, layout => problem%layout, e => monitor%element(i))
             segment = layout%rod_segment_of(e)
             at = deck%s(:, e) + layout%origin(e)
             if (monitor%largest) then
-               call search_element()
+               call sample_element()
             else if (monitor%place <= from + (at(2) - at(1)) .or. i == size(monitor%element)) then
                s = min(monitor%place - from, at(2) - at(1))
                call see_place(segment, at(1) + s)
@@ -139,6 +152,9 @@ contains
             end if
             from = from + (at(2) - at(1))
          end associate
+      end do
+      do i = 1, parts
+         if (part(i)%limit >= maxval(part(:parts)%best)) call search_part(part(i))
       end do
       call set_sense()
       if (monitor%where) value = place%s
@@ -166,10 +182,10 @@ contains
          value = section_value(problem, state, place%element, place%tau, monitor%component)
       end subroutine see_place
 
-      !> Searches for a larger value in the parts of the mesh that lie in the present element of the deck.
-      subroutine search_element()
-         type(golden_section_t) :: search
-         real(wp) :: ends(2), tau, best, there, step
+      !> Samples the parts of the mesh that lie in the present element of the deck.
+      subroutine sample_element()
+         real(wp), allocatable :: tau(:), there(:)
+         real(wp) :: ends(2)
          integer :: first(2), k, j, e, n
          first = 0
          call find_point(problem, state, segment, at(1), e, ends(1), first(1))
@@ -182,23 +198,28 @@ contains
             e = problem%along(k)
             associate (low => merge(ends(1), 0.0_wp, k == first(1)), high => merge(ends(2), 1.0_wp, k == first(2)))
                n = places_in(problem, e)
-               step = (high - low) / n
-               best = -1.0_wp
-               do j = 0, n
-                  there = magnitude(e, low + j * step)
-                  if (there > best) tau = low + j * step
-                  best = max(best, there)
-               end do
-               if (best < 0.9_wp * value) cycle
-               call take(e, tau, best)
-               call search%begin(max(low, tau - step), min(high, tau + step), sections_to_rounding)
-               do while (search%asks(tau))
-                  call search%tell(-magnitude(e, tau))
-               end do
-               call take(e, search%place, -search%least)
+               tau = [(low + j * ((high - low) / n), j=0, n)]
+               there = abs(section_values(problem, state, e, tau, monitor%component))
+               ! In two intervals there is at most one extreme: it rises above the places by less than these differ.
+               parts = parts + 1
+               part(parts) = part_t(e, from, at(1), low, high, (high - low) / n, tau(maxloc(there, 1)), maxval(there), &
+                  & maxval(there) + maxval(abs(there(2:) - there(:n))))
             end associate
          end do
-      end subroutine search_element
+      end subroutine sample_element
+
+      !> Searches beside the largest of the values in a part for a larger one.
+      subroutine search_part(in)
+         type(part_t), intent(in) :: in
+         type(golden_section_t) :: search
+         real(wp) :: tau
+         call take(in, in%tau, in%best)
+         call search%begin(max(in%low, in%tau - in%step), min(in%high, in%tau + in%step), sections_to_rounding)
+         do while (search%asks(tau))
+            call search%tell(-magnitude(in%element, tau))
+         end do
+         call take(in, search%place, -search%least)
+      end subroutine search_part
 
       real(wp) function magnitude(e, tau)
          integer, intent(in) :: e
@@ -207,15 +228,15 @@ contains
       end function magnitude
 
       !> Keeps a point if its value is larger than all values before.
-      subroutine take(e, tau, size_there)
-         integer, intent(in) :: e
+      subroutine take(in, tau, size_there)
+         type(part_t), intent(in) :: in
          real(wp), intent(in) :: tau, size_there
          if (size_there <= value) return
          value = size_there
-         place%element = e
+         place%element = in%element
          place%tau = tau
-         associate (g => state%geometry%element(e))
-            place%s = from + (g%s(1) + tau * (g%s(2) - g%s(1)) + problem%origin(e) - at(1))
+         associate (g => state%geometry%element(in%element))
+            place%s = in%from + (g%s(1) + tau * (g%s(2) - g%s(1)) + problem%origin(in%element) - in%start)
          end associate
       end subroutine take
    end subroutine watched_section
