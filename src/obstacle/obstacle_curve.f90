@@ -117,7 +117,7 @@ contains
       d = 0.0_wp
       ! Horner's scheme for the value, and once more for each derivative over its factorial.
       do k = 6, 1, -1
-         do i = 5, 1, -1
+         do i = 6 - k, 1, -1
             d(:, i) = d(:, i) * t + d(:, i - 1)
          end do
          d(:, 0) = d(:, 0) * t + c(:, k)
@@ -312,21 +312,18 @@ contains
       type(obstacle_curve_t), intent(in) :: curve !! with pieces and quadrature rule
       integer, intent(in) :: i
       real(wp), intent(in) :: t
-      real(wp) :: x(2), d(2), dd(2)
-      integer :: q
-      associate (piece => curve%piece(i))
+      real(wp), dimension(n_gauss) :: s, dx, dy
+      associate (piece => curve%piece(i), c => curve%piece(i)%c)
          select case (piece%shape)
          case (shape_straight)
             length = t * norm2(piece%c(:, 2))
          case (shape_arc)
             length = t * abs(piece%turn) * piece%radius
          case default
-            length = 0.0_wp
-            do q = 1, n_gauss
-               call first_derivatives(piece%c, t * curve%abscissa(q), x, d, dd)
-               length = length + curve%weight(q) * norm2(d)
-            end do
-            length = length * t
+            s = t * curve%abscissa
+            dx = c(1, 2) + s * (2 * c(1, 3) + s * (3 * c(1, 4) + s * (4 * c(1, 5) + s * 5 * c(1, 6))))
+            dy = c(2, 2) + s * (2 * c(2, 3) + s * (3 * c(2, 4) + s * (4 * c(2, 5) + s * 5 * c(2, 6))))
+            length = t * sum(curve%weight * sqrt(dx**2 + dy**2))
          end select
       end associate
    end function arc_length
