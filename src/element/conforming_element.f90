@@ -300,8 +300,9 @@ contains
       real(wp) :: basis(max_stages)
       call stage_basis(tab, tau, basis)
       here = track_at(obstacle, output%offset, output%sigma + dot_product(basis(:tab%stages), output%run(:tab%stages)), output%near)
-      p = output%p + dot_product(basis(:tab%stages), output%pull(:tab%stages)) + &
-         & output%miss * tau * product((tau - tab%c(:tab%stages)) / (1.0_wp - tab%c(:tab%stages)))
+      p = output%p + dot_product(basis(:tab%stages), output%pull(:tab%stages))
+      if (abs(output%miss) > 0.0_wp) &
+         & p = p + output%miss * tau * product((tau - tab%c(:tab%stages)) / (1.0_wp - tab%c(:tab%stages)))
    end subroutine output_at
 
    !> Resultants inside an element. As in ge_element: n' = -q - p J r' - f, m' = -r' x n, N positive in tension, Q along the normal

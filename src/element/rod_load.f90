@@ -57,12 +57,10 @@ contains
       type(ge_load_t), intent(in) :: load
       integer, intent(in) :: stage
       real(wp), intent(out) :: line(2), rate(2) !! of q, and of its derivative by the load factor
-      real(wp) :: whole
       integer :: j
       ! Forces of foundations, which may balance the load, are summed in the same way.
-      whole = sum(tab%a(stage, :tab%stages))
-      line = whole * load%line
-      rate = whole * load%line_rate
+      line = tab%before(stage) * load%line
+      rate = tab%before(stage) * load%line_rate
       if (.not. allocated(load%more)) return
       do j = 1, tab%stages
          line = line + tab%a(stage, j) * load%more%line(:, j)
@@ -102,7 +100,7 @@ contains
       rate = 0.0_wp
       do k = s, 1, -1
          rate = rate * tau + basis
-         basis = basis * tau + k * tab%integral(k, :)
+         basis = basis * tau + k * tab%integral(:, k)
       end do
       line = line + matmul(load%more%line(:, :s), basis(:s))
       slope = matmul(load%more%line(:, :s), rate(:s))

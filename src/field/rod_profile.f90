@@ -97,7 +97,7 @@ contains
          home(:, :s) = g%length * g%scale * home(:, :s)
          do j = 1, s
             do k = 1, s
-               profile%axis(:, k) = profile%axis(:, k) + tab%integral(k, j) * home(:, j)
+               profile%axis(:, k) = profile%axis(:, k) + tab%integral(j, k) * home(:, j)
             end do
          end do
          do j = 0, s
@@ -161,9 +161,9 @@ contains
             slope(:, :s) = scaled * slope(:, :s)
             do j = 1, s
                do k = 1, s
-                  profile%axis(:, k) = profile%axis(:, k) + tab%integral(k, j) * home(:, j)
-                  profile%moved(:, k) = profile%moved(:, k) + tab%integral(k, j) * slope(:, j)
-                  profile%rotation(k) = profile%rotation(k) + tab%integral(k, j) * turn(j)
+                  profile%axis(:, k) = profile%axis(:, k) + tab%integral(j, k) * home(:, j)
+                  profile%moved(:, k) = profile%moved(:, k) + tab%integral(j, k) * slope(:, j)
+                  profile%rotation(k) = profile%rotation(k) + tab%integral(j, k) * turn(j)
                end do
             end do
          end associate

@@ -13,9 +13,10 @@ module gauss_tableau
    type :: tableau_t
       integer :: stages = 0
       real(wp) :: a(max_stages, max_stages) = 0.0_wp !! a_ij: integral of the j-th Lagrange polynomial from 0 to c_i
+      real(wp) :: before(max_stages) = 0.0_wp        !! sum over j of a_ij
       real(wp) :: b(max_stages) = 0.0_wp             !! weights
       real(wp) :: c(max_stages) = 0.0_wp             !! abscissae
-      real(wp) :: integral(max_stages, max_stages) = 0.0_wp !! (power, j) coefficients of stage_basis
+      real(wp) :: integral(max_stages, max_stages) = 0.0_wp !! (j, power) coefficients of stage_basis; 0 after the last stage
       real(wp) :: raise(max_stages, 0:max_stages - 1) = 0.0_wp !! (i, j) values of the Lagrange polynomials through the first end (j
       !! = 0) and the abscissae, at the i-th point of the tableau with one stage more; not set for max_stages
    end type tableau_t
@@ -43,12 +44,13 @@ contains
             degree = degree + 1
          end do
          do k = 1, stages
-            t%integral(k, j) = lagrange(k - 1) / k
+            t%integral(j, k) = lagrange(k - 1) / k
          end do
       end do
       do i = 1, stages
          call stage_basis(t, t%c(i), basis)
          t%a(i, :stages) = basis(:stages)
+         t%before(i) = sum(basis(:stages))
       end do
       if (stages < max_stages) t%raise(:stages + 1, 0:stages) = raising(t)
    end function new_tableau
@@ -84,11 +86,11 @@ contains
    pure subroutine stage_basis(t, tau, basis)
       type(tableau_t), intent(in) :: t        !! `stages` and `integral` are used
       real(wp), intent(in) :: tau             !! 0 to 1
-      real(wp), intent(out) :: basis(max_stages) !! (stages) the integrals
+      real(wp), intent(out) :: basis(max_stages) !! (stages) the integrals, and zeros
       integer :: k
       basis = 0.0_wp
       do k = t%stages, 1, -1
-         basis(:t%stages) = (basis(:t%stages) + t%integral(k, :t%stages)) * tau
+         basis = (basis + t%integral(:, k)) * tau
       end do
    end subroutine stage_basis
 
