@@ -87,17 +87,17 @@ contains
 
    !> Coefficients of powers from Chebyshev coefficients.
    pure function powers(d) result(a)
-      real(wp), intent(in) :: d(0:)
-      real(wp) :: a(0:ubound(d, 1))
-      real(wp), dimension(0:ubound(d, 1)) :: before, now, next
+      real(wp), intent(in) :: d(0:table_points)
+      real(wp), dimension(0:table_points) :: a, before, now, next
       integer :: k
       before = 0.0_wp
       before(0) = 1.0_wp
       now = 0.0_wp
       now(1) = 1.0_wp
       a = d(0) * before + d(1) * now
-      do k = 2, ubound(d, 1)
-         next = 2.0_wp * eoshift(now, -1) - before
+      do k = 2, table_points
+         next = -before
+         next(1:) = next(1:) + 2.0_wp * now(:table_points - 1)
          a = a + d(k) * next
          before = now
          now = next
