@@ -23,6 +23,7 @@ module lcp_basis
       integer, allocatable :: row_exponent(:)     !! R = diag(2**row_exponent)
       integer, allocatable :: column_exponent(:)  !! C = diag(2**column_exponent)
       integer :: q_exponent = 0
+      logical :: symmetric = .false.              !! true: M is symmetric, apart from rounding, and positive definite
    end type scaled_lcp_t
 
    !> A basis B of  w - M z + artificial z0 = q. Variables have the numbers 1..n: w, n+1..2n: z, 2n+1: z0.

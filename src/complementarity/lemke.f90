@@ -11,13 +11,14 @@
 !>               as well, and for any other matrix the path is that of another covering vector.
 !>   ties        are broken by the lexicographic order of the rows of the inverse, so degenerate problems do not cycle.
 !>               Numbers count as equal relative to the terms they were summed from.
-!>   the answer  uses only the set of active pairs from the pivoting. The values are solved from M and q by LU factors with one
-!>               refinement, then tested. If many pairs have z = w = 0 and M is ill-conditioned, the signs of their values are
-!>               rounding: then the method starts again from the set found.
+!>   the answer  uses only the set of active pairs from the pivoting. The values are solved from M and q by LU factors (Cholesky's
+!>               where M is symmetric and positive definite) with one refinement, then tested. If many pairs have z = w = 0
+!>               and M is ill-conditioned, the signs of their values are rounding: then the method starts again from the
+!>               set found.
 module lemke
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kinds, only: wp
-   use lapack, only: dgetrf, dgetrs, dpotrf
+   use lapack, only: dgetrf, dgetrs, dpotrf, dpotrs
    use golden_section, only: golden
    use lcp_basis, only: scaled_lcp_t, basis_t, start, invert, exchange, evaluate_basis, least_row, blocking_row
    implicit none
@@ -38,6 +39,9 @@ module lemke
 
    !> Accepted relative violation of a solution, over n. LU factors with one refinement leave much less.
    real(wp), parameter :: answer_tolerance = 16.0_wp * epsilon(1.0_wp)
+
+   !> Difference of two entries of M, near 1 in size, that is rounding: Cholesky's method then neglects it.
+   real(wp), parameter :: symmetry_tolerance = 4.0_wp * epsilon(1.0_wp)
 
    !> Relative size of q, over n, below which M z = -q equals M z = 0 to rounding. The rounding errors of the path reach a sixth of
    !> this value.
@@ -135,7 +139,7 @@ contains
    !> Exchanges all pairs with a wrong sign at once, until there is none: Newton's method for min(z, w) = 0 (Hintermueller, Ito,
    !> Kunisch, SIAM J. Optim. 13 (2003) 865-888), used if M is positive definite, so that the solution is unique.
    subroutine exchange_signs(problem, z, w, ok, exchanges)
-      type(scaled_lcp_t), intent(in) :: problem
+      type(scaled_lcp_t), intent(inout) :: problem
       real(wp), intent(out) :: z(:), w(:)      !! as solve_active gives them
       logical, intent(out) :: ok               !! false: M is not positive definite, or wrong signs are left
       integer, intent(inout) :: exchanges
@@ -146,6 +150,7 @@ contains
       integer :: info, sweep
       a = problem%m + transpose(problem%m)
       call dpotrf('L', problem%n, a, problem%n, info)
+      problem%symmetric = info == 0 .and. all(abs(problem%m - transpose(problem%m)) <= symmetry_tolerance)
       ok = .false.
       active = .false.
       next = problem%q < 0.0_wp
@@ -296,16 +301,20 @@ contains
       z = 0.0_wp
       w = max(problem%q, 0.0_wp)
       allocate (pivot(k))
-      call dgetrf(k, k, lu, max(1, k), pivot, info)
+      if (problem%symmetric) then
+         call dpotrf('L', k, lu, max(1, k), info)
+      else
+         call dgetrf(k, k, lu, max(1, k), pivot, info)
+      end if
       ok = info == 0
       ray = .false.
       next = active
       if (.not. ok) return
-      call dgetrs('N', k, 1, lu, max(1, k), pivot, x, max(1, k), info)
+      call solve(x)
       do j = 1, k
          residual = residual - problem%m(set, set(j)) * x(j)
       end do
-      call dgetrs('N', k, 1, lu, max(1, k), pivot, residual, max(1, k), info)
+      call solve(residual)
 
       x = x + residual
       ray = is_ray(problem, set, x)
@@ -328,6 +337,18 @@ contains
       z = scale(z, problem%column_exponent + problem%q_exponent)
       w = scale(w, problem%q_exponent - problem%row_exponent)
       ok = ok .and. all(ieee_is_finite(z)) .and. all(ieee_is_finite(w))
+
+   contains
+
+      !> Solves with the factors of the active pairs.
+      subroutine solve(b)
+         real(wp), intent(inout) :: b(k, 1)
+         if (problem%symmetric) then
+            call dpotrs('L', k, 1, lu, max(1, k), b, max(1, k), info)
+         else
+            call dgetrs('N', k, 1, lu, max(1, k), pivot, b, max(1, k), info)
+         end if
+      end subroutine solve
    end subroutine solve_active
 
    !> True for a ray: M x = -q on the set, with q at rounding, has a solution x whose values have one sign; the forces y = |x| then

@@ -7,7 +7,7 @@ module lapack
    implicit none
    private
    public :: dgetrf, dgetrs, dgetri, dgesv, dgelsd
-   public :: dpotrf, dpotri, dsytrf, dsytrs
+   public :: dpotrf, dpotrs, dpotri, dsytrf, dsytrs
    public :: dpbtrf, dpbtrs
    public :: dgbtrf, dgbtrs
    public :: dptsv
@@ -68,6 +68,15 @@ module lapack
          real(wp), intent(inout) :: a(lda, *)
          integer, intent(out) :: info !! > 0: the leading minor of this order is not positive
       end subroutine dpotrf
+
+      subroutine dpotrs(uplo, n, nrhs, a, lda, b, ldb, info)
+         import :: wp
+         character, intent(in) :: uplo
+         integer, intent(in) :: n, nrhs, lda, ldb
+         real(wp), intent(in) :: a(lda, *)
+         real(wp), intent(inout) :: b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine dpotrs
 
       !> Inverse from the factors of dpotrf, stored in the same triangle.
       subroutine dpotri(uplo, n, a, lda, info)
