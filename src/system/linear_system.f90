@@ -111,6 +111,7 @@ contains
          real(wp) :: load(3), rate(3)
          do node = 1, problem%model%mesh%n_nodes
             call dead_node_load(problem, state, node, load, rate)
+            if (.not. any(abs(load) > 0.0_wp .or. abs(rate) > 0.0_wp)) cycle
             call to_node(system, node, load)
             call to_node(system, node, rate)
             call spread_force(problem, system%tie_block, node, -load, system%residual)

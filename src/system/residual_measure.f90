@@ -22,7 +22,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system
-      real(wp) :: worst, scale, noise, moved, carried
+      real(wp) :: worst, scale, noise, moved, carried, more(6)
       type(ge_load_t) :: load
       type(node_push_t), allocatable :: push(:)
       class(rod_element_t), pointer :: rod
@@ -30,7 +30,8 @@ contains
       system%raw = system%residual
       scale = problem%force_floor
       do e = 1, problem%model%mesh%n_elements
-         call spread_element(problem, system, e, system%eraw(:, e) - system%ef(:, e), system%raw)
+         more = system%eraw(:, e) - system%ef(:, e)
+         call spread_element(problem, system, e, more, system%raw)
          scale = max(scale, maxval(abs(system%eraw(1:2, e))), maxval(abs(system%eraw(4:5, e))), &
             & abs(system%eraw(3, e)) / problem%size, abs(system%eraw(6, e)) / problem%size)
          rod => rod_at(problem, e)
