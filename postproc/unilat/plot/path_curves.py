@@ -60,10 +60,11 @@ def stretches(results: Path, breaks: bool) -> list[tuple[np.ndarray, bool]]:
     n = results.n_points
     steps = results.path["step"].values if "step" in results.path else np.ones(n, dtype=int)
     labels = results.path["label"].values if "label" in results.path else np.full(n, "")
-    unstable, singular = results.unstable(), np.isin(labels, ("LP", "BP"))
+    unstable, singular, corner = results.unstable(), np.isin(labels, ("LP", "BP")), np.isin(labels, ("C+", "C-"))
     pieces: list[tuple[list[int], bool]] = []
     for row in range(n - 1):
-        ends = [k for k in (row, row + 1) if not singular[k]] or [row, row + 1]
+        # What is stored of a contact change is the stability before it.
+        ends = [k for k in (row, row + 1) if not (singular[k] or (k == row and corner[k]))] or [row, row + 1]
         stable = not any(unstable[k] for k in ends)
         if breaks and steps[row + 1] != steps[row]:
             continue
