@@ -90,8 +90,8 @@ contains
          end do grow
          ! Restart with the best Ritz vectors and their residuals.
          i = min(k, 2 * block)
-         w(:, :i) = matmul(w(:, :k), ritz(:, :i))
-         v(:, :i) = matmul(v(:, :k), ritz(:, :i))
+         w(:, :i) = combined(w(:, :k), ritz(:, :i))
+         v(:, :i) = combined(v(:, :k), ritz(:, :i))
          k = i
          call orthonormalise_pair(operator, v, w, k)
          heavy(:, :k) = spread(operator%weight, 2, k) * v(:, :k)
@@ -102,7 +102,7 @@ contains
       spectrum%n = found
       spectrum%value = theta(:found)
       ! Op v may be nonzero in unknowns of zero weight, unlike v.
-      spectrum%vector = matmul(w(:, :k), ritz(:, :found))
+      spectrum%vector = combined(w(:, :k), ritz(:, :found))
       spectrum%residual = size_of
       do i = 1, found
          if (operator%symmetric) call take_out_larger(i)
@@ -133,13 +133,17 @@ contains
 
       !> Ritz values of the present basis and their residuals.
       subroutine take_ritz_values()
-         integer :: j
-         t(:k, projected + 1:k) = matmul(transpose(heavy(:, :k)), w(:, projected + 1:k))
-         t(projected + 1:k, :projected) = matmul(transpose(heavy(:, projected + 1:k)), w(:, :projected))
+         integer :: i, j
+         do j = projected + 1, k
+            do i = 1, k
+               t(i, j) = dot_product(heavy(:, i), w(:, j))
+               if (i <= projected) t(j, i) = dot_product(heavy(:, j), w(:, i))
+            end do
+         end do
          projected = k
          call find_ritz(operator%symmetric, t(:k, :k), theta, imaginary, ritz)
          found = min(wanted, k)
-         residual = matmul(w(:, :k), ritz(:, :found)) - matmul(v(:, :k), ritz(:, :found) * spread(theta(:found), 1, k))
+         residual = combined(w(:, :k), ritz(:, :found)) - combined(v(:, :k), ritz(:, :found) * spread(theta(:found), 1, k))
          ! The smaller eigenvalues have the rounding error of the largest.
          size_of = [(max(norm(operator, residual(:, j)) - rounding * abs(theta(1)), 0.0_wp) / max(abs(theta(j)), tiny(1.0_wp)), &
             & j=1, found)]
@@ -164,7 +168,7 @@ contains
       integer, intent(inout) :: k              !! columns of the basis
       logical, intent(out) :: exhausted        !! true: no vector was independent, the basis is invariant
       real(wp) :: x(size(more, 1)), before, after
-      integer :: i, pass, old
+      integer :: i, j, pass, old
       old = k
       do i = 1, size(more, 2)
          if (k == size(v, 2) .or. k == operator%n) exit
@@ -173,7 +177,9 @@ contains
          if (.not. before > 0.0_wp) cycle
          x = x / before
          do pass = 1, 2
-            x = x - matmul(v(:, :k), matmul(x, heavy(:, :k)))
+            do j = 1, k
+               x = x - dot_product(heavy(:, j), x) * v(:, j)
+            end do
          end do
          after = norm(operator, x)
          if (after < dependent) cycle
@@ -239,6 +245,20 @@ contains
          ritz(:, i) = vectors(:, j)
       end do
    end subroutine find_ritz
+
+   !> Sums of vectors, each times its coefficient: one sum for each column of coefficients. matmul takes another way where there are
+   !> more unknowns, so that the cost would not be in proportion to them.
+   pure function combined(x, coefficient) result(y)
+      real(wp), intent(in) :: x(:, :), coefficient(:, :)
+      real(wp) :: y(size(x, 1), size(coefficient, 2))
+      integer :: i, j
+      y = 0.0_wp
+      do j = 1, size(coefficient, 2)
+         do i = 1, size(x, 2)
+            y(:, j) = y(:, j) + coefficient(i, j) * x(:, i)
+         end do
+      end do
+   end function combined
 
    pure real(wp) function norm(operator, x)
       class(operator_t), intent(in) :: operator
