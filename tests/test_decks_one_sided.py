@@ -103,3 +103,16 @@ def test_the_other_side_is_refused():
     run = plate("1e-5", code=2, side="PLUS")
     assert "SIDE=MINUS is the side that opens" in run.stdout
     assert not run.results.branches
+
+
+def test_the_load_of_a_branch_may_change_with_the_distance():
+    """Clamped at one end, the arch turns as its flat part lets go: the load falls in proportion to the height of the hump."""
+    text = dr.changed(DECK, ("1, PINNED\n2", "1, ENCASTRE\n2"))
+    runs = [dr.run_deck(dr.changed(text, ("*END STEP\n", BRANCH.replace("*BRANCH,", f"*BRANCH, INCREMENT={first},"))))
+            for first in (0.02, 0.002)]
+    branches = [next(iter(run.results.branches.values())) for run in runs]
+    dr.assert_close(flat_part(runs[0], runs[0].labelled("BP")[0]), 2.0 * math.pi, relative=1e-4)
+    limits = [branch.critical[0] for branch in branches]
+    assert [c.label for c in limits] == ["LP", "LP"]
+    bars = [branch.errors["load_factor"].values[limit.point - 1] for branch, limit in zip(branches, limits)]
+    dr.assert_close(limits[0].load_factor, limits[1].load_factor, absolute=sum(bars))

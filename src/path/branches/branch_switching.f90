@@ -14,7 +14,7 @@ module branch_switching
    use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, deck_mode
    use test_kinds, only: span_test_t, test_slack, test_gap
    use span_tests, only: run_span_tests
-   use path_control, only: control_t, metric, path_length, is_arc_length, displacement_between
+   use path_control, only: control_t, metric, is_arc_length, displacement_between
    use state_transfer, only: carried
    use path_continuity, only: path_tangent_at
    use path_point, only: path_point_t, point_at, evaluate_tests
@@ -47,7 +47,7 @@ contains
       type(state_t) :: predicted
       type(control_t) :: hold
       real(wp), allocatable :: shape(:, :), chord(:, :), away(:, :), seen(:, :)
-      real(wp) :: length, along, sense, wander, drift
+      real(wp) :: length, along, sense, drift
       integer :: try, node
 
       if (.not. run%last%system%ok) then
@@ -87,8 +87,7 @@ contains
          hold%increment = hold%increment - drift
          call correct(problem, run%last%state, hold, .false., trial%state, trial%system, report)
          if (report%converged) then
-            wander = path_length(problem, predicted, trial%state)
-            report%converged = wander <= straight * length
+            report%converged = wander() <= straight * length
             if (.not. report%converged) report%message = 'no other path was found near the bifurcation'
             if (report%converged) call check_penetration()
             if (report%converged) call check_extremum()
@@ -106,6 +105,15 @@ contains
       run%last = trial
 
    contains
+
+      !> Distance of the first point from the predictor, apart from the direction of the known path, along which the load may change
+      !> with the distance.
+      real(wp) function wander()
+         real(wp), allocatable :: correction(:, :)
+         correction = displacement_between(problem, predicted, trial%state)
+         if (along > 0.0_wp) correction = correction - chord * (metric(problem, correction, chord) / along)
+         wander = sqrt(metric(problem, correction, correction))
+      end function wander
 
       !> Rejects a first point with a free span that penetrates an obstacle, as happens if the first contact of the other path lies
       !> within the distance.
