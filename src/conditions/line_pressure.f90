@@ -60,8 +60,10 @@ contains
          call insert(pressure%at, n, at(i))
          associate (before => max(i - 1, 1), after => min(i + 1, size(at)))
             if (density(i) > density(before) .or. (density(i) >= density(after) .and. after > i)) cycle
-            ! An end of the line is the least place beside it, unless the density falls from there.
+            ! An end of the line is the least place beside it, unless the density falls from there. On an axis of symmetry, where
+            ! the rotation is fixed, it has no slope, but for the errors of splines.
             if (before == i .or. after == i) then
+               if (keeps_rotation(problem, line, merge(1, 2, before == i))) cycle
                place = at(i) + golden**sections * (at(before) + at(after) - 2.0_wp * at(i))
                if (density_at(problem, state, line, place, kept) >= density(i)) cycle
             end if
@@ -73,6 +75,14 @@ contains
       if (n > size(at)) density = [(density_at(problem, state, line, pressure%at(i), kept), i=1, n)]
       call move_alloc(density, pressure%density)
    end function sample_line
+
+   !> True if the rotation of the node at an end of a line contact is fixed.
+   pure logical function keeps_rotation(problem, line, side) result(keeps)
+      type(problem_t), intent(in) :: problem
+      type(contact_span_t), intent(in) :: line
+      integer, intent(in) :: side                  !! 1 first end, 2 last end
+      keeps = problem%model%fixed(3, problem%model%mesh%node(side, line%element(side)))
+   end function keeps_rotation
 
    !> Inserts a coordinate near the end of an increasing list; a coordinate that is already in the list is skipped.
    pure subroutine insert(all, n, place)
