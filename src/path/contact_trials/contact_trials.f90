@@ -136,7 +136,7 @@ contains
    subroutine label(problem, run, here, wide, trial)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(change_place_t), intent(in) :: here    !! the present set, at a located change
+      type(change_place_t), intent(in) :: here    !! the present set, at a change or near it
       real(wp), intent(in) :: wide                !! longest free span that vanishes / length of the strip
       type(trial_t), intent(inout) :: trial
       real(wp) :: near
