@@ -205,30 +205,34 @@ contains
          & e=problem%element_first(rod_segment), problem%element_last(rod_segment))]
    end function element_middles
 
-   !> Division with nodes close enough to detect contact, for meshes before the first contact span.
+   !> Division with nodes close enough to detect contact, for meshes before the first contact span, and with nodes at given places
+   !> where the rod touches an obstacle.
    function sampled_division(base, contact_span) result(division)
       type(problem_t), intent(in) :: base            !! problem on the deck's mesh
-      type(contact_span_t), intent(in), optional :: contact_span(:) !! contact spans at whose ends there must be nodes
+      type(contact_span_t), intent(in), optional :: contact_span(:) !! point contacts at which there must be nodes
       type(division_t) :: division(size(base%layout%rod_segment))
+      real(wp), allocatable :: at(:), place(:)
       real(wp) :: length, share
       integer :: k, n, i
       length = sum(base%layout%rod_segment%length)
+      allocate (place(0))
       do k = 1, size(division)
          associate (whole => base%layout%rod_segment(k))
-            division(k)%at = whole%at
-            share = whole%length / length
-            n = max(min(size(whole%element), max(ceiling(enough * share), 4)), ceiling(sampling * share))
-            if (whole%free) division(k)%at = [(whole%length * i / n, i=0, n)]
+            at = whole%at
+            if (whole%free) then
+               share = whole%length / length
+               n = max(min(size(whole%element), max(ceiling(enough * share), 4)), ceiling(sampling * share))
+               at = [(whole%length * i / n, i=0, n)]
+               if (present(contact_span)) place = pack(contact_span%at(1), contact_span%rod_segment == k)
+               ! A place takes the role of a node between the ends that is nearer than half an element.
+               at = pack(at, [(i == 0 .or. i == n .or. all(abs(at(i + 1) - place) >= 0.5_wp * whole%length / n), i=0, n)])
+               do i = 1, size(place)
+                  at = [pack(at, at < place(i)), place(i), pack(at, at > place(i))]
+               end do
+            end if
+            division(k)%at = at
          end associate
       end do
-      if (present(contact_span)) then
-         do k = 1, size(contact_span)
-            associate (at => division(contact_span(k)%rod_segment)%at)
-               i = minloc(abs(at - contact_span(k)%at(1)), 1)
-               if (i > 1 .and. i < size(at)) at(i) = contact_span(k)%at(1)
-            end associate
-         end do
-      end if
    end function sampled_division
 
    !> True if a span has grown so much that a new mesh would give it more than 5/4 of its present number of elements.
