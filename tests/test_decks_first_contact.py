@@ -35,6 +35,59 @@ def test_what_touches_at_two_places_from_the_start():
     assert not run_below(0.04, 0.0).labelled("C+")
 
 
+LIFTED = """*HEADING
+A heavy beam on a floor, lifted by a disc
+*NODE
+1, -5, 0
+2, 5.03, 0
+*LINE, ELSET=BEAM, NSET=BEAM
+1, 2
+*BEAM SECTION, ELSET=BEAM, SECTION=STIFFNESS
+1e5, 100
+*BOUNDARY
+1, 1
+*OBSTACLE, NAME=FLOOR, TYPE=LINE
+-9, 0, 9, 0
+*OBSTACLE, NAME=DISC, TYPE=CIRCLE, SIDE=OUTSIDE
+0.007, {centre}, 4
+*CONTACT, OBSTACLE=FLOOR, NSET=BEAM
+*CONTACT, OBSTACLE=DISC, NSET=BEAM
+*MONITOR, NAME=disc, OBSTACLE=DISC
+RF2
+*STEP
+*STATIC, METHOD=LOAD
+0.2
+*DLOAD
+BEAM, PY, -1
+*END STEP
+*STEP
+*STATIC, METHOD=LOAD
+0.2
+*{lift}
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("centre, lift", [(-4, "OBSTACLE MOTION\nDISC, 0, 0.01"), (-3.999995, "OBSTACLE MOTION\nDISC, 0, 0.01"),
+                                          (-3.99, "CONTACT INTERFERENCE, SHRINK\nDISC")])
+def test_a_disc_that_begins_behind_a_rod(centre, lift):
+    """A disc between two nodes, flush with the floor, above it by less than the rounding of coordinates, or by 0.01, is withdrawn to
+    where it touches. It lifts q per length by h over a = (72 EI h / q)^(1/4) on each side, with 4/3 q a; slopes are 0.005."""
+    run = dr.run_deck(LIFTED.format(centre=centre, lift=lift))
+    dr.assert_close(run.column("disc")[-1], 4 / 3 * 72**0.25, relative=1e-4)
+
+
+def test_a_disc_beside_a_loaded_node():
+    """The rod touches its only support at a place that is nearer to the end of a rod segment than any node that looks for contact.
+    The force on the disc is that of a lever; its angle is 2e-6."""
+    run = dr.run_deck("*HEADING\nA lever on a disc\n*NODE\n1, 0, 0\n2, 2.772, 0\n3, 10, 0\n*LINE, ELSET=BEAM, NSET=BEAM\n1, 2\n2, 3\n"
+                      "*BEAM SECTION, ELSET=BEAM, SECTION=STIFFNESS\n1e5, 100\n*BOUNDARY\n1, 1, 2\n"
+                      "*OBSTACLE, NAME=DISC, TYPE=CIRCLE, SIDE=OUTSIDE\n2.79, -4, 4\n*CONTACT, OBSTACLE=DISC, NSET=BEAM\n"
+                      "*MONITOR, NAME=disc, OBSTACLE=DISC\nRF2\n*STEP\n*STATIC, METHOD=LOAD\n1\n"
+                      "*CLOAD\n2, 2, -1e-5\n3, 2, -1e-5\n*END STEP\n")
+    dr.assert_close(run.column("disc")[-1], 1e-5 * (10 + 2.772) / 2.79, relative=1e-5)
+
+
 def run_below(load, gap):
     return dr.run_deck(two_humps(gap, "*STATIC, METHOD=LOAD\n0.02, 1e-6, 0.05\n").replace("ABOVE, 0.04", f"ABOVE, {load}"))
 

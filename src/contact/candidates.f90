@@ -23,8 +23,8 @@ module candidates
       real(wp), allocatable :: s(:)           !! nominal arc length along the chain [length]
       real(wp), allocatable :: tributary(:)   !! half the length of the adjacent contact elements; 1 for stops at nodes
       real(wp), allocatable :: gap_offset(:)
-      real(wp), allocatable :: overlap(:)     !! distance by which an obstacle with *CONTACT INTERFERENCE, SHRINK is withdrawn at
-      !! the start: the deepest penetration of the contact
+      real(wp), allocatable :: overlap(:)     !! distance by which the obstacle is withdrawn at the start, see initial_overlap; 0
+      !! until the problem sets it
       ! Nodes of contact spans, all of them bilateral:
       !                                     follows  moves  rolls
       !   node inside a line contact           x
@@ -52,7 +52,7 @@ contains
       logical, intent(in) :: distributed      !! true: contacts with distributed reactions, false: the others
       type(candidates_t) :: list
       integer, allocatable :: next(:), previous(:)
-      logical, allocatable :: member(:), done(:), pushes_out(:)
+      logical, allocatable :: member(:), done(:)
       integer, allocatable :: order(:)
       integer :: c, e, i, node, total, first, rows
 
@@ -69,10 +69,6 @@ contains
       allocate (list%chain_length(size(model%contact)), source=0.0_wp)
       allocate (list%twin(total))
       if (total == 0) return
-      allocate (pushes_out(size(model%obstacle)), source=.false.)
-      do i = 1, size(model%step)
-         pushes_out = pushes_out .or. abs(model%step(i)%load%resolved) > 0.0_wp
-      end do
       allocate (order(model%mesh%n_nodes))
       rows = 0
       do c = 1, size(model%contact)
@@ -91,7 +87,6 @@ contains
                if (previous(mesh%node(2, e)) == 0) previous(mesh%node(2, e)) = e
             end do
             first = list%n
-            list%overlap(first + 1:) = 0.0_wp
             ! Open chains begin at nodes without a previous element. The remaining elements form closed chains.
             do i = 1, size(contact%node)
                node = contact%node(i)
@@ -139,8 +134,6 @@ contains
             else if (model%obstacle(list%obstacle(here))%at_nodes) then
                list%gap_offset(here) = model%contact(c)%gap - gap
             end if
-            if (pushes_out(list%obstacle(here))) list%overlap(first + 1:) = max(maxval(list%overlap(first + 1:here)), &
-               & -gap - list%gap_offset(here))
             list%s(here) = s
             list%tributary(here) = 0.0_wp
             element = next(at)

@@ -1,14 +1,19 @@
-!> Penetration of the stress-free structure, imperfections included, into an obstacle: at the nodes, and between nodes if reactions
-!> are distributed.
+!> Penetration of the stress-free structure, imperfections included, into an obstacle: at the nodes, and between nodes if contact
+!> may be anywhere along the rod.
+!>
+!> The obstacle of each contact is withdrawn along its normal by the deepest penetration, so that a path begins without penetration.
+!> A penetration within the rounding of coordinates stays withdrawn; a deeper one needs *CONTACT INTERFERENCE, SHRINK, which brings
+!> the obstacle to its place.
 module initial_overlap
    use kinds, only: wp
+   use golden_section, only: golden_section_t, sections_to_rounding
    use text, only: to_text, rounded
    use model, only: model_t, contact_t
    use obstacle_geometry, only: obstacle_gap
    use reference_curve, only: curve_point
    implicit none
    private
-   public :: overlap_of_nodes, overlap_between, overlap_of_modes, deepest_start
+   public :: overlap_of_nodes, overlap_between, overlap_of_modes, deepest_start, deepest_overlap
 
    integer, parameter :: samples = 8 !! number of parts into which samples divide an element
    real(wp), parameter :: penetration_tolerance = 1.0e-6_wp !! rounding of a deck's coordinates, over the extent of the perfect
@@ -21,6 +26,35 @@ contains
       type(model_t), intent(in) :: model
       deepest_start = penetration_tolerance * maxval(maxval(model%mesh%x_nominal, 2) - minval(model%mesh%x_nominal, 2))
    end function deepest_start
+
+   !> Deepest initial penetration into the obstacle of a contact, the distance by which the obstacle is withdrawn at the start
+   !> [length]; 0 if nothing penetrates it.
+   real(wp) function deepest_overlap(model, contact) result(overlap)
+      type(model_t), intent(in) :: model
+      type(contact_t), intent(in) :: contact
+      real(wp) :: least
+      integer :: at
+      associate (obstacle => model%obstacle(contact%obstacle))
+         overlap = 0.0_wp
+         if (obstacle%bilateral) return
+         if (obstacle%at_nodes) then
+            ! The gap of a stop counts from the initial position of its node.
+            least = contact%gap
+         else
+            call least_gap_of_nodes(model, contact, least, at)
+            overlap = max(0.0_wp, -least)
+            if (.not. touches_between(contact)) return
+            call least_gap_between(model, contact, least, at)
+         end if
+         overlap = max(overlap, -least)
+      end associate
+   end function deepest_overlap
+
+   !> True if the rod may touch the obstacle between its nodes.
+   pure logical function touches_between(contact)
+      type(contact_t), intent(in) :: contact
+      touches_between = contact%distributed .or. contact%along
+   end function touches_between
 
    !> Message about the node with the deepest initial penetration by an imperfection.
    subroutine overlap_of_nodes(model, contact, message, node)
@@ -52,7 +86,7 @@ contains
       call least_gap_between(model, contact, gap, element)
       if (gap >= -deepest_start(model) .or. nodes_gap < -deepest_start(model)) return
       message = 'element '//to_text(model%mesh%element_label(element))//' begins '//rounded(-gap)// &
-         & ' behind the obstacle, between its nodes; leave it room with GAP'
+         & ' behind the obstacle, between its nodes; leave it room with GAP, or push it out with *CONTACT INTERFERENCE, SHRINK'
       if (present(node)) node = model%mesh%node(1, element)
    end subroutine overlap_between
 
@@ -76,7 +110,7 @@ contains
             ! The gap of a bilateral obstacle, or of a stop at a node, counts from the initial position of the node.
             if (obstacle%bilateral .or. obstacle%at_nodes .or. pushed_out) cycle
             call overlap_of_nodes(model, contact, message, node)
-            if (message == '' .and. contact%distributed) call overlap_between(model, contact, message, node)
+            if (message == '' .and. touches_between(contact)) call overlap_between(model, contact, message, node)
             if (message == '') cycle
             message = 'contact with '//trim(obstacle%name)//': '//message
             return
@@ -102,15 +136,17 @@ contains
       end do
    end subroutine least_gap_of_nodes
 
-   !> Least gap inside the elements between a contact's nodes: the smallest of several samples, improved by a parabola.
+   !> Least gap inside the elements between a contact's nodes: several samples and a parabola find the element, golden sections the
+   !> gap.
    subroutine least_gap_between(model, contact, least, element)
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
       real(wp), intent(out) :: least
       integer, intent(out) :: element
       logical :: candidate(model%mesh%n_nodes)
-      real(wp) :: gap(0:samples), low, curvature
-      integer :: e, k
+      real(wp) :: gap(0:samples), low, curvature, tau
+      type(golden_section_t) :: search
+      integer :: e, k, near
       least = huge(least)
       element = 0
       candidate = .false.
@@ -124,11 +160,19 @@ contains
          low = gap(k)
          curvature = gap(k - 1) - 2.0_wp * gap(k) + gap(k + 1)
          if (2.0_wp * curvature > abs(gap(k - 1) - gap(k + 1))) &
-            & low = min(low, gap_at(model, contact, place((k + 0.5_wp * (gap(k - 1) - gap(k + 1)) / curvature) / samples)))
+            & low = min(low, gap(k) - (gap(k - 1) - gap(k + 1))**2 / (8.0_wp * curvature))
          if (low >= least) cycle
          least = low
          element = e
+         near = k
       end do
+      if (element == 0) return
+      e = element
+      call search%begin(real(near - 1, wp) / samples, real(near + 1, wp) / samples, sections_to_rounding)
+      do while (search%asks(tau))
+         call search%tell(gap_at(model, contact, place(tau)))
+      end do
+      least = search%least
 
    contains
 

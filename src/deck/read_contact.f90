@@ -223,14 +223,14 @@ contains
          else
             reason = distribution_needs()
             contact%distributed = reason == ''
-            if (contact%distributed) call check_between()
             if (reason /= '' .and. .not. stands_at_nodes()) contact%needs = reason
          end if
+         if (contact%along .or. contact%distributed) call check_between()
          if (soil) return
          if (reason /= '' .and. deck%word('POINTS') == 'ALONG') call deck%wrong('POINTS', 'ALONG needs '//reason)
       end subroutine read_points
 
-      !> If reactions are distributed, obstacles must not penetrate the stress-free structure between the nodes either.
+      !> If contact may be anywhere along the rod, obstacles must not penetrate the stress-free structure between the nodes either.
       subroutine check_between()
          character(:), allocatable :: overlap
          if (obstacle%bilateral .or. deck%names%pushed_out%find(obstacle%name) > 0) return

@@ -8,7 +8,7 @@ module read_loads
    use distribution, only: distributed_t
    use cross_section, only: varies
    use element_families, only: collocates
-   use obstacle_geometry, only: obstacle_gap
+   use initial_overlap, only: deepest_overlap
    use item_values, only: component_dof
    use checked_deck, only: checked_deck_t
    use deck_names, only: node_words, element_words
@@ -318,21 +318,13 @@ contains
          end if
       end subroutine read_interference
 
-      !> True if some candidate begins behind the obstacle.
+      !> True if the structure begins behind the obstacle.
       logical function begins_behind(obstacle) result(behind)
          integer, intent(in) :: obstacle
-         real(wp) :: gap, normal(2), bend
-         integer :: c, i
-         associate (at_nodes => model%obstacle(obstacle)%at_nodes)
-            behind = at_nodes .and. any(model%contact%obstacle == obstacle .and. model%contact%gap < 0.0_wp)
-            if (at_nodes .or. model%obstacle(obstacle)%bilateral) return
-         end associate
+         integer :: c
+         behind = .false.
          do c = 1, size(model%contact)
-            if (model%contact(c)%obstacle /= obstacle) cycle
-            do i = 1, size(model%contact(c)%node)
-               call obstacle_gap(model%obstacle(obstacle), model%mesh%x(:, model%contact(c)%node(i)), gap, normal, bend)
-               behind = behind .or. gap + model%contact(c)%gap < 0.0_wp
-            end do
+            if (model%contact(c)%obstacle == obstacle) behind = behind .or. deepest_overlap(model, model%contact(c)) > 0.0_wp
          end do
       end function begins_behind
    end subroutine read_line

@@ -21,6 +21,7 @@ module problem
    use rod_geometry, only: geometry_t, new_geometry
    use reference_curve, only: curve_length
    use candidates, only: candidates_t, new_candidates
+   use initial_overlap, only: deepest_overlap
    use contact_spans, only: contact_span_t
    use obstacle_geometry, only: obstacle_gap
    use ground, only: ground_t, new_ground
@@ -198,14 +199,11 @@ contains
       new%constant = problem%constant%mapped(node, problem%along(problem%element_first(new%rod_segment)))
       new%step = problem%step
       new%coordinates = problem%coordinates
+      new%overlap = problem%overlap
       call derive_problem(new)
       new%weight = new%weight * (new%size / problem%size)**2
       new%size = problem%size
       new%force_floor = problem%force_floor
-      ! The initial overlaps are those of the deck's mesh, too.
-      new%overlap = problem%overlap
-      new%candidates%overlap = new%overlap(new%candidates%contact)
-      new%ground%chain%overlap = new%overlap(new%ground%chain%contact)
       call count_from_deck(new, new%candidates)
       call count_from_deck(new, new%ground%chain)
    end function remeshed_problem
@@ -283,7 +281,13 @@ contains
       end associate
       problem%weight = problem%weight / (sum(home%element%length) * problem%size**2)
       problem%force_floor = 1.0e-12_wp * softest / problem%size**2
-      if (problem%deck_mesh) problem%overlap = contact_overlaps(problem)
+      ! On another mesh the overlaps are those of the deck's mesh, too. Rounding of gaps counts as contact anyway.
+      if (problem%deck_mesh) then
+         problem%overlap = [(deepest_overlap(problem%deck, problem%deck%contact(k)), k=1, size(problem%deck%contact))]
+         where (problem%overlap <= touching_gap(problem)) problem%overlap = 0.0_wp
+      end if
+      problem%candidates%overlap = problem%overlap(problem%candidates%contact)
+      problem%ground%chain%overlap = problem%overlap(problem%ground%chain%contact)
    end subroutine derive_problem
 
    !> Nodes that carry obstacles, each once.
@@ -350,20 +354,6 @@ contains
          end associate
       end do
    end function rests
-
-   !> Initial overlap of each contact: the distance by which its obstacle is withdrawn at the start.
-   pure function contact_overlaps(problem) result(overlap)
-      type(problem_t), intent(in) :: problem   !! problem on the deck's mesh
-      real(wp) :: overlap(size(problem%deck%contact))
-      integer :: c
-      overlap = 0.0_wp
-      do c = 1, problem%candidates%n
-         overlap(problem%candidates%contact(c)) = problem%candidates%overlap(c)
-      end do
-      do c = 1, problem%ground%chain%n
-         overlap(problem%ground%chain%contact(c)) = problem%ground%chain%overlap(c)
-      end do
-   end function contact_overlaps
 
    !> Diagonal of the bounding box of a set of points.
    pure real(wp) function structure_size(x)
