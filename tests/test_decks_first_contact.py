@@ -88,6 +88,18 @@ def test_a_disc_beside_a_loaded_node():
     dr.assert_close(run.column("disc")[-1], 1e-5 * (10 + 2.772) / 2.79, relative=1e-5)
 
 
+def test_a_rod_between_two_walls_without_clearance():
+    """A clamped rod lies on a floor and under a plate that touches it. The load on one of its nodes goes straight to the floor."""
+    run = dr.run_deck("*HEADING\nNo clearance\n*NODE\n1, 0, 0\n2, 4, 0\n3, 10, 0\n*LINE, ELSET=BEAM, NSET=BEAM\n1, 2\n2, 3\n"
+                      "*BEAM SECTION, ELSET=BEAM, SECTION=STIFFNESS\n1e5, 100\n*BOUNDARY\n1, ENCASTRE\n3, 2, 6\n"
+                      "*OBSTACLE, NAME=FLOOR, TYPE=LINE\n-3, 0, 13, 0\n*OBSTACLE, NAME=PLATE, TYPE=LINE\n13, 0, -3, 0\n"
+                      "*CONTACT, OBSTACLE=FLOOR, NSET=BEAM\n*CONTACT, OBSTACLE=PLATE, NSET=BEAM\n"
+                      "*MONITOR, NAME=floor, OBSTACLE=FLOOR\nRF2\n*MONITOR, NAME=plate, OBSTACLE=PLATE\nRF2\n"
+                      "*STEP\n*STATIC, METHOD=LOAD\n0.5\n*CLOAD\n2, 2, -0.17\n*END STEP\n")
+    dr.assert_close(run.column("floor")[-1], 0.17, relative=1e-12)
+    dr.assert_close(run.column("plate")[-1], 0.0, absolute=1e-12)
+
+
 def run_below(load, gap):
     return dr.run_deck(two_humps(gap, "*STATIC, METHOD=LOAD\n0.02, 1e-6, 0.05\n").replace("ABOVE, 0.04", f"ABOVE, {load}"))
 

@@ -223,6 +223,8 @@ contains
          do k = 1, size(problem%contact_span)
             if (problem%contact_span(k)%rod_segment /= j) cycle
             call add(problem%contact_span(k)%element(1) - 1, k)
+            ! A point contact may be at the beginning of a line contact with another obstacle.
+            if (problem%contact_span(k)%element(2) + 1 < first) cycle
             first = problem%contact_span(k)%element(2) + 1
             before = k
          end do
