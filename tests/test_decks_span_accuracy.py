@@ -589,3 +589,15 @@ def test_orders_on_curves(case, kind):
         dr.assert_close([ERRORS[case](n, kind) for n in meshes], np.zeros(3), absolute=3e-11)
     else:
         assert_falls([ERRORS[case](n, kind) for n in meshes], ORDERS[kind])
+
+
+def test_gaps_that_no_reported_number_depends_on():
+    """A ring on the ground sags by its weight w until its side comes to a wall; the only number is its weight, which any mesh has.
+    The horizontal diameter grows by (2 - pi/2) w R^4/EI; what is not linear is of the order of the gap, 1e-4."""
+    run = dr.run_deck("*HEADING\nRing beside a wall\n*NODE\n1, 0, 0\n*RING, ELSET=RING, NSET=RING\n1, 0, 1\n"
+                      "*BEAM SECTION, ELSET=RING, SECTION=STIFFNESS\n1e6, 1\n*BOUNDARY\n1, XSYMM\n"
+                      "*OBSTACLE, NAME=FLOOR, TYPE=LINE\n-5, 0, 5, 0\n*OBSTACLE, NAME=WALL, TYPE=LINE\n-1.0001, 5, -1.0001, -5\n"
+                      "*CONTACT, OBSTACLE=FLOOR, NSET=RING\n*CONTACT, OBSTACLE=WALL, NSET=RING\n"
+                      "*MONITOR, NAME=floor, OBSTACLE=FLOOR\nRF2\n"
+                      "*STEP\n*STATIC, METHOD=LOAD\n0.1, 1e-9, 0.2\n*DLOAD\nRING, PY, -0.001\n*END STEP\n")
+    dr.assert_close(run.load("C+"), 1e-4 / (1 - math.pi / 4) / 0.001, relative=2e-4)

@@ -135,6 +135,7 @@ contains
          if (is_short(problem, point, step, ahead)) then
             point%value = [ahead%load_factor, monitor_values(problem, ahead, point%system) + support_changes(problem, &
                & point%system, step), places_after(problem, point%state, ahead, path%ends)]
+            point%state = ahead
             return
          end if
          first = out_of_balance(problem, point%system)

@@ -58,7 +58,7 @@ module mesh_request
 
 contains
 
-   !> Requests a finer mesh if bars are wider than allowed, or if contact may have opened undetected. Not allocated: the bars are
+   !> Requests a finer mesh if bars are wider than allowed, or if contact may have changed undetected. Not allocated: the bars are
    !> within tolerance, or no mesh of the program can narrow them (rounding, elements given by the deck, no estimate).
    subroutine request_mesh(problem, state, bars, sizes, counted, asked, critical, tries, can_settle, last, unsettled, &
       & demand)
@@ -77,17 +77,17 @@ contains
       type(mesh_density_t) :: here(size(problem%layout%rod_segment))
       integer :: k
       call mesh_for_bars()
-      if (unsettled .or. .not. allocated(bars%may_open)) return
-      if (.not. any(bars%may_open .and. problem%layout%rod_segment(problem%rod_segment)%placed)) return
+      if (unsettled .or. .not. allocated(bars%may_change)) return
+      if (.not. any(bars%may_change .and. problem%layout%rod_segment(problem%rod_segment)%placed)) return
       last%in_vain = tries > most_unknown
       if (last%in_vain) return
-      ! Elements in which contact may have opened are halved.
+      ! Elements in which contact may have changed are halved.
       here = present_demand(problem, state)
       if (.not. allocated(demand)) demand = here
       do k = 1, size(demand)
          if (.not. problem%layout%rod_segment(k)%placed) cycle
          if (size(demand(k)%elements) /= size(here(k)%elements)) demand(k) = here(k)
-         where (bars%may_open(problem%along(problem%element_first(k):problem%element_last(k)))) &
+         where (bars%may_change(problem%along(problem%element_first(k):problem%element_last(k)))) &
             & demand(k)%elements = max(demand(k)%elements, 2.0_wp)
       end do
       demand = laid_out(problem, state, demand)

@@ -25,6 +25,7 @@ module path_errors
    use mesh_request, only: value_sizes, motion_sizes
    use missed_modes, only: unstable_difference, sign_in_doubt
    use hidden_openings, only: may_be_open
+   use hidden_touches, only: may_touch
    use located_zero, only: zero_t, zero_value, left_of_zero, find_event_gap, between_nodes, located_gap, mode_rounding
    implicit none
    private
@@ -75,11 +76,12 @@ contains
       type(contributions_t) :: shares
       type(error_bar_t) :: given
       real(wp), allocatable :: value(:), unseen(:)
+      real(wp) :: sizes(2)
       logical :: hidden(problem%model%mesh%n_elements)
       integer, allocatable :: ends(:)
       bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state, as_it_is))
       hidden = may_be_open(problem, state)
-      if (any(hidden)) bars%may_open = hidden
+      if (any(hidden)) bars%may_change = hidden
       if (bars%why /= '') return
       ends = [integer ::]
       if (present(places)) then
@@ -97,6 +99,9 @@ contains
          bars%too_coarse = .true.
          return
       end if
+      sizes = motion_sizes(problem, state)
+      if (may_touch(problem, state, system%force_scale, sizes(1), path%problem, point%state)) bars%may_change = &
+         & spread(.true., 1, size(hidden))
       unseen = point%value - value - shares%sum(:size(value))
       call set_bars(problem, state, system, ends, shares, value, point%value - value, unseen, shares%size, shares%rounding, bars)
       ! The quantity prescribed by the constraint has no error.

@@ -46,8 +46,8 @@ module error_bar
       !! equal or uncertain
       logical :: unsure = .false.             !! true: a sign is uncertain, because the discretisation error is as large as an
       !! eigenvalue, or larger than the change of the load near its turning point
-      logical, allocatable :: may_open(:)     !! (elements) true: contact with a foundation may have opened inside the element
-      !! undetected; not allocated: nowhere
+      logical, allocatable :: may_change(:)   !! (elements) true: contact with a foundation may have opened inside the element
+      !! undetected, or contact with a rigid obstacle may have begun; not allocated: nowhere
       real(wp) :: unfolding = 0.0_wp          !! bifurcation: force on its null vectors beyond the error of this force; zero at a
       !! true bifurcation, otherwise no path continues through the point
       logical :: turned = .false.             !! true: the load rate changes its sign in the enriched problem: set if a line contact

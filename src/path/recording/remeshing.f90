@@ -83,7 +83,7 @@ contains
       ! The mesh is made for the last point if a free span that the elements did not resolve may open behind it, or if nodes are at
       ! the interface points.
       if (allocated(request%density) .and. .not. request%at_last_point) &
-         & request%at_last_point = allocated(bars%may_open) .or. marked(problem, place, find_cuts(problem, place))
+         & request%at_last_point = allocated(bars%may_change) .or. marked(problem, place, find_cuts(problem, place))
    end subroutine ask_for_mesh
 
    !> Requests a coarser mesh if the errors of a point are far below the tolerance.

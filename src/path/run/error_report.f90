@@ -408,9 +408,9 @@ contains
             & 'next to zero there; give more elements or a higher order'
          return
       end if
-      if (allocated(bars%may_open) .and. .not. any(label == ['UZ', 'TP'])) then
-         accuracy%bar_words = 'the mesh is too coarse to tell whether contact with a foundation goes on inside its elements'// &
-            & there//'; give more elements or a higher order'
+      if (allocated(bars%may_change) .and. .not. any(label == ['UZ', 'TP'])) then
+         accuracy%bar_words = 'the mesh is too coarse to tell whether contact begins or ends inside its elements'//there// &
+            & '; give more elements or a higher order'
          return
       end if
       if (.not. (bars%load%estimated .or. any(bars%monitor%estimated))) then
