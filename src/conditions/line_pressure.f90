@@ -3,7 +3,8 @@ module line_pressure
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t, element_load, node_position
-   use track_nodes, only: excess_curvature, node_track, track_sense, rod_angle, bend_at, track_joints, find_joints, ge_end
+   use track_nodes, only: excess_curvature, node_track, track_sense, rod_angle, bend_at, track_joints, find_joints
+   use ge_in_state, only: ge_end
    use conforming_span, only: lying_t, conforming_forces, density_samples, smooth_parts
    use obstacle_track, only: track_t
    use rod_load, only: ge_load_t, line_at

@@ -22,8 +22,8 @@ module ge_element
    use kinds, only: wp
    use gauss_tableau, only: tableau_t, max_stages
    use small_dense, only: solve_small
-   use rod_load, only: ge_load_t, sum_line
-   use rod_compliance, only: ge_stiffness_t
+   use rod_load, only: sum_line
+   use ge_data, only: ge_data_t
    use ge_stages, only: ge_stages_t, find_stages, press_section
    use ge_equations, only: solve_stages, by_rotation, by_nx, by_ny, by_m, by_residual, by_load, by_x, by_y, n_by
    use inner_forces, only: inner_forces_t
@@ -48,15 +48,9 @@ contains
    !> Sign: f = (-n, -m) at the first node and (n, m) at the second, so that the sum over elements minus the node loads
    !> vanishes in equilibrium. With du the six node displacement increments and dl that of the load factor,
    !>   f + k du - fl dl   are the end forces after one Newton step,   z + op (du, 1, dl)   the stored unknowns.
-   subroutine ge_evaluate(tab, h, scale, tangent, compliance, load, u, z, inner, f, raw, k, shift, fl, op, defect, ok, more_force)
+   subroutine ge_evaluate(tab, element, inner, f, raw, k, shift, fl, op, defect, ok, more_force)
       type(tableau_t), intent(in) :: tab
-      real(wp), intent(in) :: h                !! stress-free length
-      real(wp), intent(in) :: scale            !! C, see the module header
-      real(wp), intent(in) :: tangent(:, :)    !! (2, at least stages) cosine and sine of the stress-free tangent angle
-      type(ge_stiffness_t), intent(in) :: compliance
-      type(ge_load_t), intent(in) :: load
-      real(wp), intent(in) :: u(6)             !! node displacements (u, v, rotation) twice
-      real(wp), intent(in) :: z(:)             !! (ge_size) stored unknowns
+      type(ge_data_t), intent(in) :: element
       type(inner_forces_t), intent(in) :: inner !! forces of foundations; require n at the stages in z
       real(wp), intent(out) :: f(6)            !! condensed end forces: internal residuals eliminated
       real(wp), intent(out) :: raw(6)          !! end forces from the stored unknowns, without rounding errors multiplied by EA
@@ -79,13 +73,13 @@ contains
 
       s = tab%stages
       ! Forces that depend on the position resist a translation of the element.
-      anchored = inner%n > 0 .or. any(abs(load%gradient) > 0.0_wp)
-      call find_stages(tab, h, scale, tangent, compliance, load, u, z, stages, more_force)
-      call solve_stages(tab, load, z, stages, inner, change, defect(1), singular)
+      anchored = inner%n > 0 .or. any(abs(element%load%gradient) > 0.0_wp)
+      call find_stages(tab, element, stages, more_force)
+      call solve_stages(tab, element, stages, inner, change, defect(1), singular)
       if (.not. singular) then
          call go_to_second_end()
          call set_up_end_conditions()
-         end_weight = [1.0_wp, 1.0_wp, h]
+         end_weight = [1.0_wp, 1.0_wp, element%g%length]
          call solve_small(3, flexibility, ends, singular, end_weight)
       end if
       ok = .not. singular
@@ -105,20 +99,20 @@ contains
          real(wp) :: drop(2), drop_rate(2), dphi(n_by), dn(n_by, 2), moved(n_by, 2), part
          real(wp) :: pushed(2), pushed_rate(2), by_slope(2, 2, max_stages), by_shift(2, 2)
          integer :: i, l, q
-         call sum_line(tab, load, tab%b, drop, drop_rate)
+         call sum_line(tab, element%load, tab%b, drop, drop_rate)
          dend = 0.0_wp
          dtail = 0.0_wp
          dend(by_rotation, 3) = 1.0_wp
          dtail(by_nx, 1) = 1.0_wp
          dtail(by_ny, 2) = 1.0_wp
          dtail(by_m, 3) = 1.0_wp
-         dtail(by_load, 1:2) = -h * drop_rate
-         dend(by_load, 3) = h * load%curvature_rate
+         dtail(by_load, 1:2) = -stages%h * drop_rate
+         dend(by_load, 3) = stages%h * element%load%curvature_rate
          ! Differences of displacements have smaller rounding errors than differences of positions, and C closes the stress-free
          ! element.
-         end_defect = [u(4:5) - u(1:2), u(6) - u(3) - h * load%curvature]
-         tail = z(1:3)
-         tail(1:2) = tail(1:2) - h * drop
+         end_defect = [element%u(4:5) - element%u(1:2), element%u(6) - element%u(3) - stages%h * element%load%curvature]
+         tail = element%z(1:3)
+         tail(1:2) = tail(1:2) - stages%h * drop
          do i = 1, s
             dphi = 0.0_wp
             dphi(by_rotation) = 1.0_wp
@@ -145,12 +139,12 @@ contains
             dtail(:, 3) = dtail(:, 3) + part * rate(:, 3, i)
             end_defect(1:2) = end_defect(1:2) - part * stages%change(:, i)
             tail(3) = tail(3) + part * stages%g(i)
-            part = h * stages%bending(i) * tab%b(i)
+            part = stages%h * stages%bending(i) * tab%b(i)
             dend(:, 3) = dend(:, 3) + part * change(:, i)
-            end_defect(3) = end_defect(3) - part * z(3 + i)
+            end_defect(3) = end_defect(3) - part * element%z(3 + i)
          end do
          if (stages%pressed) then
-            call press_section(tab, load, stages, tab%b, pushed, pushed_rate, by_slope, by_shift)
+            call press_section(tab, element, stages, tab%b, pushed, pushed_rate, by_slope, by_shift)
             tail(1:2) = tail(1:2) - pushed
             do i = 1, s
                dtail(:, 1:2) = dtail(:, 1:2) - matmul(rate(:, 1:2, i), transpose(by_slope(:, :, i)))
@@ -166,7 +160,7 @@ contains
             do i = 1, s
                moved = moved + (stages%hc * inner%basis(i, q)) * rate(:, 1:2, i)
             end do
-            part = h * inner%weight(q)
+            part = stages%h * inner%weight(q)
             tail(1:2) = tail(1:2) - part * inner%force(:, q)
             do i = 1, 2
                dtail(:, i) = dtail(:, i) + part * (matmul(moved, inner%sway(i, :, q)) - &
@@ -182,9 +176,9 @@ contains
       subroutine set_up_end_conditions()
          integer :: i
          flexibility = dend(by_nx:by_m, :)
-         if (compliance%give > 0.0_wp) then
+         if (element%compliance%give > 0.0_wp) then
             do i = 1, s
-               associate (t => stages%t(:, i), part => stages%hc * tab%b(i) * compliance%give)
+               associate (t => stages%t(:, i), part => stages%hc * tab%b(i) * element%compliance%give)
                   flexibility(1, 1:2) = flexibility(1, 1:2) + (part * t(1)) * t
                   flexibility(2, 1:2) = flexibility(2, 1:2) + (part * t(2)) * t
                end associate
@@ -212,7 +206,7 @@ contains
       subroutine condense()
          integer :: i, l
          op(1:3, :) = transpose(ends(:ge_columns, :))
-         do l = 1, size(z) - 3
+         do l = 1, size(element%z) - 3
             op(3 + l, :) = change(by_nx, l) * ends(:ge_columns, 1) + change(by_ny, l) * ends(:ge_columns, 2) + &
                & change(by_m, l) * ends(:ge_columns, 3)
             op(3 + l, 3) = op(3 + l, 3) + change(by_rotation, l)
@@ -231,9 +225,9 @@ contains
             shift(1:3, :) = -transpose(ends(ge_columns + 1:, :))
             shift(4:6, :) = transpose(tails(ge_columns + 1:, :) + dtail(by_x:by_y, :))
          end if
-         raw(1:3) = -z(1:3)
+         raw(1:3) = -element%z(1:3)
          raw(4:6) = tail
-         f(1:3) = -z(1:3) - ends(7, :)
+         f(1:3) = -element%z(1:3) - ends(7, :)
          f(4:6) = tail + tails(7, :) + dtail(by_residual, :)
          fl(1:3) = ends(8, :)
          fl(4:6) = -tails(8, :) - dtail(by_load, :)

@@ -4,7 +4,7 @@ module ge_equations
    use kinds, only: wp
    use gauss_tableau, only: tableau_t, max_stages
    use small_dense, only: solve_small
-   use rod_load, only: ge_load_t
+   use ge_data, only: ge_data_t
    use ge_stages, only: ge_stages_t, press_section
    use inner_forces, only: inner_forces_t
    implicit none
@@ -20,10 +20,9 @@ module ge_equations
 contains
 
    !> Increments of m, of n if it is stored, and of the pressures of foundations.
-   subroutine solve_stages(tab, load, z, stages, inner, change, defect, singular)
+   subroutine solve_stages(tab, element, stages, inner, change, defect, singular)
       type(tableau_t), intent(in) :: tab
-      type(ge_load_t), intent(in) :: load
-      real(wp), intent(in) :: z(:)             !! (ge_size) stored unknowns
+      type(ge_data_t), intent(in) :: element
       type(ge_stages_t), intent(in) :: stages
       type(inner_forces_t), intent(in) :: inner !! forces of foundations; require n at the stages in z
       real(wp), allocatable, intent(out) :: change(:, :) !! (n_by, unknowns) increments
@@ -57,7 +56,7 @@ contains
          do i = 1, s
             system(i, i) = 1.0_wp
             change(by_m, i) = 1.0_wp
-            change(by_residual, i) = z(3) - z(3 + i)
+            change(by_residual, i) = element%z(3) - element%z(3 + i)
             do j = 1, s
                part = stages%hc * tab%a(i, j)
                change(by_rotation, i) = change(by_rotation, i) + part * stages%g_phi(j)
@@ -84,10 +83,10 @@ contains
             system(row + 1, row + 1) = 1.0_wp
             change(by_nx, row) = 1.0_wp
             change(by_ny, row + 1) = 1.0_wp
-            change(by_residual, row:row + 1) = z(1:2) - stages%nn(:, a) - stages%drop(:, a)
+            change(by_residual, row:row + 1) = element%z(1:2) - stages%nn(:, a) - stages%drop(:, a)
             change(by_load, row:row + 1) = -stages%drop_rate(:, a)
             if (.not. stages%pressed) cycle
-            call press_section(tab, load, stages, tab%a(a, :), pushed, pushed_rate, by_slope, by_shift)
+            call press_section(tab, element, stages, tab%a(a, :), pushed, pushed_rate, by_slope, by_shift)
             do i = 1, 2
                associate (line => row + i - 1)
                   change(by_residual, line) = change(by_residual, line) - pushed(i)

@@ -3,8 +3,8 @@
 module ge_stages
    use kinds, only: wp
    use gauss_tableau, only: tableau_t, max_stages
-   use rod_load, only: ge_load_t, line_before
-   use rod_compliance, only: ge_stiffness_t
+   use rod_load, only: line_before
+   use ge_data, only: ge_data_t
    implicit none
    private
    public :: ge_stages_t, find_stages, press_section, stage_force, ge_directions, ge_direction_changes, ge_direction_rates
@@ -31,23 +31,20 @@ module ge_stages
 contains
 
    !> Section forces, strains and their derivatives at the stages.
-   pure subroutine find_stages(tab, h, scale, tangent, compliance, load, u, z, stages, more_force)
+   pure subroutine find_stages(tab, element, stages, more_force)
       type(tableau_t), intent(in) :: tab
-      real(wp), intent(in) :: h, scale
-      real(wp), intent(in) :: tangent(:, :)    !! (2, at least stages)
-      type(ge_stiffness_t), intent(in) :: compliance
-      type(ge_load_t), intent(in) :: load
-      real(wp), intent(in) :: u(6), z(:) !! as in ge_evaluate
+      type(ge_data_t), intent(in) :: element
       type(ge_stages_t), intent(out) :: stages
       real(wp), intent(in), optional :: more_force(:, :) !! (2, stages) additional n in the derivatives only
       real(wp) :: phi, free, t(2), nu(2), axial, shear, axial_give, shear_give, beta, more(2), along, across, position(2)
       integer :: i, j, s
       s = tab%stages
-      free = 1.0_wp + load%strain
-      associate (a => stages)
+      free = 1.0_wp + element%load%strain
+      associate (a => stages, h => element%g%length, tangent => element%g%tangent, u => element%u, &
+         & compliance => element%compliance, load => element%load, z => element%z)
          a%s = s
          a%h = h
-         a%hc = h * scale
+         a%hc = h * element%g%scale
          a%stored = size(z) > 3 + s
          a%pressed = a%stored .and. (abs(load%pressure) > 0.0_wp .or. abs(load%pressure_rate) > 0.0_wp .or. &
             & any(abs(load%gradient) > 0.0_wp) .or. any(abs(load%gradient_rate) > 0.0_wp))
@@ -118,9 +115,9 @@ contains
    end subroutine turn_section
 
    !> Force of the pressure on a part of the element, sum of weight p J r' over the stages, and its derivatives.
-   pure subroutine press_section(tab, load, stages, weight, force, force_rate, by_slope, by_shift)
+   pure subroutine press_section(tab, element, stages, weight, force, force_rate, by_slope, by_shift)
       type(tableau_t), intent(in) :: tab
-      type(ge_load_t), intent(in) :: load
+      type(ge_data_t), intent(in) :: element
       type(ge_stages_t), intent(in) :: stages
       real(wp), intent(in) :: weight(:)                 !! (stages) quadrature weights of the part
       real(wp), intent(out) :: force(2), force_rate(2)  !! force, and its derivative by the load factor
@@ -138,88 +135,78 @@ contains
          force_rate = force_rate + stages%pressure_rate(b) * side
          by_slope(1, 2, b) = by_slope(1, 2, b) - stages%hc * weight(b) * stages%pressure(b)
          by_slope(2, 1, b) = by_slope(2, 1, b) + stages%hc * weight(b) * stages%pressure(b)
-         if (.not. any(abs(load%gradient) > 0.0_wp)) cycle
-         by_shift(1, :) = by_shift(1, :) + side(1) * load%gradient
-         by_shift(2, :) = by_shift(2, :) + side(2) * load%gradient
+         if (.not. any(abs(element%load%gradient) > 0.0_wp)) cycle
+         by_shift(1, :) = by_shift(1, :) + side(1) * element%load%gradient
+         by_shift(2, :) = by_shift(2, :) + side(2) * element%load%gradient
          do c = 1, stages%s
-            by_slope(1, :, c) = by_slope(1, :, c) + (stages%hc * tab%a(b, c) * side(1)) * load%gradient
-            by_slope(2, :, c) = by_slope(2, :, c) + (stages%hc * tab%a(b, c) * side(2)) * load%gradient
+            by_slope(1, :, c) = by_slope(1, :, c) + (stages%hc * tab%a(b, c) * side(1)) * element%load%gradient
+            by_slope(2, :, c) = by_slope(2, :, c) + (stages%hc * tab%a(b, c) * side(2)) * element%load%gradient
          end do
       end do
    end subroutine press_section
 
    !> Force n at a stage.
-   pure function stage_force(tab, h, load, z, i) result(nn)
+   pure function stage_force(tab, element, i) result(nn)
       type(tableau_t), intent(in) :: tab
-      real(wp), intent(in) :: h
-      type(ge_load_t), intent(in) :: load
-      real(wp), intent(in) :: z(:) !! (ge_size) stored unknowns
+      type(ge_data_t), intent(in) :: element
       integer, intent(in) :: i
       real(wp) :: nn(2), rate(2)
-      if (size(z) > 3 + tab%stages) then
-         nn = z(2 + tab%stages + 2 * i:3 + tab%stages + 2 * i)
-      else
-         call line_before(tab, load, i, nn, rate)
-         nn = z(1:2) - h * nn
-      end if
+      associate (s => tab%stages, z => element%z)
+         if (size(z) > 3 + s) then
+            nn = z(2 + s + 2 * i:3 + s + 2 * i)
+         else
+            call line_before(tab, element%load, i, nn, rate)
+            nn = z(1:2) - element%g%length * nn
+         end if
+      end associate
    end function stage_force
 
    !> Derivative of the position by the stress-free arc length, divided by C, at the stages: rho.
-   pure subroutine ge_directions(tab, h, tangent, compliance, load, u, z, rho)
+   pure function ge_directions(tab, element) result(rho)
       type(tableau_t), intent(in) :: tab
-      real(wp), intent(in) :: h                !! stress-free length
-      real(wp), intent(in) :: tangent(:, :)    !! (2, at least stages)
-      type(ge_stiffness_t), intent(in) :: compliance
-      type(ge_load_t), intent(in) :: load
-      real(wp), intent(in) :: u(6), z(:)       !! as in ge_evaluate
-      real(wp), intent(out) :: rho(:, :)       !! (2, at least stages)
-      integer :: s
-      s = tab%stages
-      call ge_direction_changes(tab, h, tangent, compliance, load, u, z, rho)
-      rho(:, :s) = rho(:, :s) + tangent(:, :s)
-   end subroutine ge_directions
+      type(ge_data_t), intent(in) :: element
+      real(wp) :: rho(2, max_stages)           !! set up to the last stage
+      rho = ge_direction_changes(tab, element)
+      associate (s => tab%stages)
+         rho(:, :s) = rho(:, :s) + element%g%tangent(:, :s)
+      end associate
+   end function ge_directions
 
    !> Result of ge_directions minus its value in the stress-free element, exact to the rounding of displacements.
-   pure subroutine ge_direction_changes(tab, h, tangent, compliance, load, u, z, change)
+   pure function ge_direction_changes(tab, element) result(change)
       type(tableau_t), intent(in) :: tab
-      real(wp), intent(in) :: h                !! stress-free length
-      real(wp), intent(in) :: tangent(:, :)    !! (2, at least stages)
-      type(ge_stiffness_t), intent(in) :: compliance
-      type(ge_load_t), intent(in) :: load
-      real(wp), intent(in) :: u(6), z(:)       !! as in ge_evaluate
-      real(wp), intent(out) :: change(:, :)    !! (2, at least stages)
+      type(ge_data_t), intent(in) :: element
+      real(wp) :: change(2, max_stages)        !! set up to the last stage
       real(wp) :: phi, t(2), axial, shear
-      integer :: i, s
-      s = tab%stages
-      do i = 1, s
-         phi = u(3) + h * compliance%bending * dot_product(tab%a(i, :s) * compliance%part(2, :s), z(4:3 + s)) + &
-            & (tab%c(i) * h) * load%curvature
-         call turn_section(phi, tangent(:, i), stage_force(tab, h, load, z, i), load%strain, &
-            & compliance%axial * compliance%part(1, i), compliance%shear * compliance%part(3, i), t, axial, shear, change(:, i))
-      end do
-   end subroutine ge_direction_changes
+      integer :: i
+      associate (s => tab%stages, h => element%g%length, compliance => element%compliance, &
+         & load => element%load)
+         do i = 1, s
+            phi = element%u(3) + h * compliance%bending * dot_product(tab%a(i, :s) * compliance%part(2, :s), element%z(4:3 + s)) + &
+               & (tab%c(i) * h) * load%curvature
+            call turn_section(phi, element%g%tangent(:, i), stage_force(tab, element, i), load%strain, &
+               & compliance%axial * compliance%part(1, i), compliance%shear * compliance%part(3, i), t, axial, shear, change(:, i))
+         end do
+      end associate
+   end function ge_direction_changes
 
    !> Change of the result of ge_directions due to changes of the first node's rotation, the stored resultants and the load factor.
-   pure subroutine ge_direction_rates(tab, h, tangent, compliance, load, u, z, du, dz, load_change, rate)
+   pure function ge_direction_rates(tab, element, du, dz, load_change) result(rate)
       type(tableau_t), intent(in) :: tab
-      real(wp), intent(in) :: h                !! stress-free length
-      real(wp), intent(in) :: tangent(:, :)    !! (2, at least stages)
-      type(ge_stiffness_t), intent(in) :: compliance
-      type(ge_load_t), intent(in) :: load
-      real(wp), intent(in) :: u(6), z(:)
+      type(ge_data_t), intent(in) :: element
       real(wp), intent(in) :: du(6), dz(:)     !! changes of the displacements and of the stored unknowns
       real(wp), intent(in) :: load_change      !! change of the load factor
-      real(wp), intent(out) :: rate(:, :)      !! (2, stages)
+      real(wp) :: rate(2, max_stages)          !! set up to the last stage
       type(ge_stages_t) :: at
       real(wp) :: dn(2)
       integer :: i, s
       s = tab%stages
-      call find_stages(tab, h, 1.0_wp, tangent, compliance, load, u, z, at)
+      call find_stages(tab, element, at)
       do i = 1, s
          dn = dz(1:2) - load_change * at%drop_rate(:, i)
          if (at%stored) dn = dz(2 + s + 2 * i:3 + s + 2 * i)
          rate(:, i) = (du(3) + dot_product(at%turn(:s, i), dz(4:3 + s))) * at%d(:, i) + load_change * at%heat(:, i) + &
             & [dot_product(at%bnn(1:2, i), dn), dot_product(at%bnn(2:3, i), dn)]
       end do
-   end subroutine ge_direction_rates
+   end function ge_direction_rates
 end module ge_stages

@@ -3,10 +3,10 @@
 module node_rates
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, element_compliance, element_load, element_displacement, node_position
+   use rod_state, only: state_t, element_load, node_position
    use reference_curve, only: curve_point, curve_bend
    use rod_load, only: ge_load_t, line_at
-   use ge_fields, only: ge_end_forces
+   use ge_in_state, only: ge_end
    use conforming_span, only: lying_t, conforming_resultant
    use ground_density, only: foundation_density
    use gauss_tableau, only: max_stages
@@ -135,22 +135,12 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e, side
       real(wp), intent(out) :: n(2), m
-      real(wp) :: first(3), second(3)
-      n = state%z(1:2, e)
-      m = state%z(3, e)
-      if (side == 1) return
-      associate (g => state%geometry%element(e))
-         call ge_end_forces(problem%tableau(problem%model%mesh%stages(e)), g%length, g%scale, g%tangent, &
-            & element_compliance(problem, state, e), &
-            & element_load(problem, state, e), element_displacement(problem, state, e), state%z(:problem%z_size(e), e), first, &
-            & second)
-      end associate
-      n = second(1:2)
-      m = second(3)
+      real(wp) :: resultant(3)
+      call ge_end(problem, state, e, side, n, m)
+      if (side == 1 .or. .not. problem%ground%founded(e)) return
       ! The stored forces include foundations, and so does the moment computed from them; the sum of loads does not.
-      if (.not. problem%ground%founded(e)) return
-      second = resultants_on_ground(problem, state, e, 1.0_wp)
-      n = second(1:2)
+      resultant = resultants_on_ground(problem, state, e, 1.0_wp)
+      n = resultant(1:2)
    end subroutine end_resultants
 
    !> (n_x, n_y, m) inside an element on a foundation, from polynomials through the values at the stages and ends, because the sum

@@ -17,10 +17,11 @@ module rod_profile
    use element_families, only: collocates, follows_curves
    use rod_geometry, only: element_geometry_t, curve_angle
    use reference_curve, only: curve_point, curve_bend, curve_length, curve_abscissa, is_straight
-   use rod_state, only: state_t, element_displacement, element_compliance, element_load
+   use rod_state, only: state_t, element_load
    use gauss_tableau, only: max_stages, stage_basis
    use rod_load, only: ge_load_t
-   use rod_compliance, only: ge_stiffness_t
+   use ge_data, only: ge_data_t
+   use ge_in_state, only: ge_at
    use ge_stages, only: ge_direction_changes, ge_direction_rates
    use ground, only: home_deviation
    implicit none
@@ -134,27 +135,26 @@ contains
       type(element_geometry_t), intent(in) :: geometry !! geometry of the element
       real(wp), intent(in) :: start(2)              !! stress-free position of the first node
       type(profile_t) :: profile
-      type(ge_load_t) :: load
-      type(ge_stiffness_t) :: compliance
-      real(wp) :: u(6), slope(2, max_stages), home(2, max_stages), turn(max_stages), phi(2), d(2), side(2)
+      type(ge_data_t) :: element
+      real(wp) :: slope(2, max_stages), home(2, max_stages), turn(max_stages), phi(2), d(2), side(2)
       integer :: s, j, k
-      u = element_displacement(problem, state, e)
-      load = element_load(problem, state, e)
+      element = ge_at(problem, state, e)
+      element%g = geometry
       profile%element = e
-      profile%stretch = 1.0_wp + load%strain
+      profile%stretch = 1.0_wp + element%load%strain
       profile%s = geometry%s(1)
       profile%length = geometry%length
       profile%axis(:, 0) = start
-      profile%moved(:, 0) = u(1:2)
-      profile%rotation(0) = u(3)
+      profile%moved(:, 0) = element%u(1:2)
+      profile%rotation(0) = element%u(3)
       if (collocates(problem%model%mesh%family(e))) then
          s = problem%model%mesh%stages(e)
          profile%degree = s
          profile%curved = deviates(problem, e)
-         associate (tab => problem%tableau(s), scaled => geometry%length * geometry%scale, z => state%z(:problem%z_size(e), e))
-            compliance = element_compliance(problem, state, e)
-            call ge_direction_changes(tab, geometry%length, geometry%tangent, compliance, load, u, z, slope(:, :s))
-            turn(:s) = geometry%length * (problem%compliance(e)%bending * compliance%part(2, :s) * z(4:3 + s) + load%curvature)
+         associate (tab => problem%tableau(s), scaled => geometry%length * geometry%scale, compliance => element%compliance)
+            slope = ge_direction_changes(tab, element)
+            turn(:s) = geometry%length * (compliance%bending * compliance%part(2, :s) * element%z(4:3 + s) + &
+               & element%load%curvature)
             home(1, :s) = cos(geometry%angle(:s))
             home(2, :s) = sin(geometry%angle(:s))
             home(:, :s) = scaled * home(:, :s)
@@ -171,7 +171,7 @@ contains
          ! The stored end moments are EI/h (4 phi_1 + 2 phi_2) and EI/h (2 phi_1 + 4 phi_2), with the natural end rotations phi.
          phi = (geometry%length * problem%compliance(e)%bending / 6.0_wp) * &
             & [2.0_wp * state%z(2, e) - state%z(3, e), 2.0_wp * state%z(3, e) - state%z(2, e)]
-         d = geometry%chord + u(4:5) - u(1:2)
+         d = geometry%chord + element%u(4:5) - element%u(1:2)
          side = [-d(2), d(1)]
          profile%degree = 3
          profile%axis(:, 1) = geometry%chord
@@ -395,23 +395,19 @@ contains
       real(wp), intent(in) :: load_change           !! change of the load factor
       real(wp) :: rate(3)
       real(wp) :: basis(max_stages), slope(2, max_stages), d(2)
-      type(ge_load_t) :: load
-      type(ge_stiffness_t) :: compliance
-      integer :: s
-      associate (e => profile%element, g => state%geometry%element(profile%element))
-         s = problem%model%mesh%stages(e)
-         load = element_load(problem, state, e)
-         compliance = element_compliance(problem, state, e)
+      type(ge_data_t) :: element
+      element = ge_at(problem, state, profile%element)
+      associate (s => problem%model%mesh%stages(profile%element), g => element%g, compliance => element%compliance, &
+         & load => element%load)
          call stage_basis(problem%tableau(s), tau, basis)
-         call ge_direction_rates(problem%tableau(s), g%length, g%tangent, compliance, load, &
-            & element_displacement(problem, state, e), state%z(:problem%z_size(e), e), du, dz, load_change, slope(:, :s))
+         slope = ge_direction_rates(problem%tableau(s), element, du, dz, load_change)
          rate(1:2) = du(1:2) + g%length * g%scale * matmul(slope(:, :s), basis(:s))
          rate(3) = du(3) + g%length * (compliance%bending * dot_product(basis(:s) * compliance%part(2, :s), dz(4:3 + s)) + &
             & tau * load_change * load%curvature_rate)
       end associate
       if (.not. profile%curved) return
       d = turned(turning(profile, tau), deviation(problem, profile, tau))
-      rate(1:2) = rate(1:2) + load_change * load%strain_rate * d + profile%stretch * rate(3) * [-d(2), d(1)]
+      rate(1:2) = rate(1:2) + load_change * element%load%strain_rate * d + profile%stretch * rate(3) * [-d(2), d(1)]
    end function profile_rate
 
    !> Upper bound of the error of a position: the larger of the Hermite correction and the error after it.

@@ -2,13 +2,13 @@
 !>
 !> Elastic rods have no memory, so that a state is given by its fields. The dense output of the elements gives these everywhere:
 !> displacements and rotations with error O(h^(s+1)) for s stages, exact for rigid motions (rod_profile), and section forces
-!> (ge_interior). Nodes at unchanged material points keep their values to the last bit. Newton's method removes the transfer error.
+!> (ge_between). Nodes at unchanged material points keep their values to the last bit. Newton's method removes the transfer error.
 module state_transfer
    use kinds, only: wp
    use problem, only: problem_t
    use element_families, only: collocates
    use rod_geometry, only: geometry_t, new_geometry, shift_nodes
-   use rod_state, only: state_t, element_displacement, element_compliance, element_load, node_position, unknown_push
+   use rod_state, only: state_t, node_position, unknown_push
    use rod_profile, only: profile_t, new_profile, keep_profile, mend_rotation, mended_displacement, profile_place, &
       & profile_displacement, profile_angle, element_place
    use reference_curve, only: curve_point
@@ -19,7 +19,8 @@ module state_transfer
    use gauss_tableau, only: max_stages
    use node_rates, only: resultants_on_ground
    use force_law, only: segment_unknown
-   use rod_load, only: ge_load_t
+   use ge_data, only: ge_data_t
+   use ge_in_state, only: ge_at
    use ge_stages, only: ge_directions
    use ge_fields, only: ge_between
    implicit none
@@ -379,19 +380,17 @@ contains
       real(wp), intent(in) :: tau
       type(kept_t), intent(inout) :: kept       !! data of the same state
       real(wp), intent(out) :: resultant(3)
-      type(ge_load_t) :: load
+      type(ge_data_t) :: element
       real(wp) :: span(2), told(3)
       if (problem%conforms(e) > 0) then
          call conforming_resultant(problem, state, e, tau, kept%lying, resultant)
          return
       end if
-      load = element_load(problem, state, e)
-      associate (g => state%geometry%element(e), tab => problem%tableau(problem%model%mesh%stages(e)), &
-         & z => state%z(:problem%z_size(e), e))
-         if (e /= kept%directed) call ge_directions(tab, g%length, g%tangent, element_compliance(problem, state, e), load, &
-            & element_displacement(problem, state, e), z, kept%rho)
+      element = ge_at(problem, state, e)
+      associate (tab => problem%tableau(problem%model%mesh%stages(e)))
+         if (e /= kept%directed) kept%rho = ge_directions(tab, element)
          kept%directed = e
-         call ge_between(tab, g%length, g%scale, load, z, kept%rho, tau, span, resultant)
+         call ge_between(tab, element, kept%rho, tau, span, resultant)
       end associate
       if (.not. problem%ground%founded(e)) return
       ! The moment follows from the displacements, which Newton's method has made more accurate than the stored section forces.

@@ -4,17 +4,16 @@
 module track_nodes
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
-   use rod_state, only: state_t, element_compliance, element_load, element_displacement, node_position, pose_of, candidate_offset
+   use rod_state, only: state_t, element_load, node_position, pose_of, candidate_offset
    use reference_curve, only: curve_abscissa, curve_length, curve_bend
    use obstacle_pose, only: pose_t
    use obstacle_track, only: track_t, track_foot, across_joint, joints_between
    use rod_load, only: ge_load_t
-   use ge_fields, only: ge_end_forces
-   use inner_forces, only: inner_forces_t
+   use ge_in_state, only: ge_end
    implicit none
    private
    public :: curvature_slack, rolled_t, node_track, foot, track_joints, find_joints, rod_angle, track_sense, track_rotation, &
-      & track_bend_rate, excess_curvature, excess_rate, touchdown_spring, touchdown_couple, rolled, bend_at, ge_end
+      & track_bend_rate, excess_curvature, excess_rate, touchdown_spring, touchdown_couple, rolled, bend_at
 
    !> Bound of (relative curvature times structure's size) below which a point contact counts as osculating: smaller values are
    !> rounding or residuals of Newton's method.
@@ -242,27 +241,6 @@ contains
       end associate
       curvature = sense * (bend + load%curvature + problem%compliance(e)%bending * m)
    end subroutine rod_curvature
-
-   !> Force and moment at one end of a free element, global axes.
-   pure subroutine ge_end(problem, state, e, side, n, m)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: e, side
-      real(wp), intent(out) :: n(2), m
-      real(wp) :: first(3), second(3)
-      type(inner_forces_t) :: none
-      n = state%z(1:2, e)
-      m = state%z(3, e)
-      if (side == 1) return
-      associate (g => state%geometry%element(e))
-         call ge_end_forces(problem%tableau(problem%model%mesh%stages(e)), g%length, g%scale, g%tangent, &
-            & element_compliance(problem, state, e), &
-            & element_load(problem, state, e), element_displacement(problem, state, e), state%z(:problem%z_size(e), e), first, &
-            & second, none)
-      end associate
-      n = second(1:2)
-      m = second(3)
-   end subroutine ge_end
 
    !> Stress-free curvature in an element and its first two derivatives with respect to the stress-free length, one-sided at an end.
    !> The second derivative is that of the parabola through three values of the curvature's first derivative.

@@ -5,9 +5,10 @@
 module foundation_force_functional
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, element_displacement, element_compliance, element_load
+   use rod_state, only: state_t
    use linear_system, only: system_t
    use bordered_system, only: resultant_rates, unknowns_of
+   use ge_in_state, only: ge_at
    use ge_stages, only: ge_direction_rates
    use gauss_tableau, only: max_stages
    use element_foundation, only: foundation_forces
@@ -91,10 +92,8 @@ contains
          s = problem%model%mesh%stages(e)
          change = 0.0_wp
          associate (g => state%geometry%element(e))
-            if (problem%conforms(e) == 0) then
-               call ge_direction_rates(problem%tableau(s), g%length, g%tangent, element_compliance(problem, state, e), &
-                  & element_load(problem, state, e), element_displacement(problem, state, e), state%z(:z, e), du, dz, y, rho(:, :s))
-            end if
+            if (problem%conforms(e) == 0) rho = ge_direction_rates(problem%tableau(s), ge_at(problem, state, e), &
+               & du, dz, y)
             do q = 1, inner%n
                if (problem%ground%chain%obstacle(inner%source(q)) /= obstacle) cycle
                if (problem%conforms(e) > 0) then

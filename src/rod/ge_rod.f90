@@ -2,14 +2,15 @@
 module ge_rod
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, node_position, element_displacement, element_compliance, element_load
+   use rod_state, only: state_t, node_position
+   use ge_in_state, only: ge_at
    use rod_profile, only: home_angle
    use rod_element, only: rod_element_t
    use element_foundation, only: foundation_forces
    use inner_forces, only: inner_forces_t
    use gauss_tableau, only: max_stages, raised_values
-   use rod_load, only: ge_load_t, acts, line_at_stage, line_before
-   use rod_compliance, only: ge_stiffness_t
+   use rod_load, only: acts, line_at_stage, line_before
+   use ge_data, only: ge_data_t
    use ge_element, only: ge_evaluate, ge_columns
    use ge_stages, only: ge_directions, ge_direction_rates
    use ge_fields, only: ge_end_forces, ge_between, ge_rotation
@@ -43,11 +44,8 @@ contains
       real(wp), intent(out) :: shift(6, 2)
       real(wp) :: internal(2)
       call foundation_forces(problem, state, e, inner)
-      associate (g => state%geometry%element(e))
-         call ge_evaluate(problem%tableau(problem%model%mesh%stages(e)), g%length, g%scale, g%tangent, &
-            & element_compliance(problem, state, e), element_load(problem, state, e), element_displacement(problem, state, e), &
-            & state%z(:problem%z_size(e), e), inner, f, raw, k, shift, fl, op, internal, ok)
-      end associate
+      call ge_evaluate(problem%tableau(problem%model%mesh%stages(e)), ge_at(problem, state, e), inner, f, raw, k, shift, fl, op, &
+         & internal, ok)
       defect = [internal(1), 0.0_wp, internal(2)]
    end subroutine evaluate
 
@@ -60,12 +58,7 @@ contains
       real(wp), intent(out) :: first(3), second(3)
       type(inner_forces_t) :: inner
       call foundation_forces(problem, state, e, inner)
-      associate (g => state%geometry%element(e))
-         call ge_end_forces(problem%tableau(problem%model%mesh%stages(e)), g%length, g%scale, g%tangent, &
-            & element_compliance(problem, state, e), &
-            & element_load(problem, state, e), element_displacement(problem, state, e), state%z(:problem%z_size(e), e), first, &
-            & second, inner)
-      end associate
+      call ge_end_forces(problem%tableau(problem%model%mesh%stages(e)), ge_at(problem, state, e), first, second, inner)
    end subroutine end_forces
 
    !> See rod_element; error O(h^(s+1)) for s stages.
@@ -76,19 +69,15 @@ contains
       integer, intent(in) :: e
       real(wp), intent(in) :: tau(:)
       real(wp) :: local(3, size(tau))
-      real(wp) :: rho(2, max_stages), span(2), resultant(3), u(6), angle
-      type(ge_load_t) :: load
-      type(ge_stiffness_t) :: compliance
+      real(wp) :: rho(2, max_stages), span(2), resultant(3), angle
+      type(ge_data_t) :: element
       integer :: i
-      load = element_load(problem, state, e)
-      compliance = element_compliance(problem, state, e)
-      u = element_displacement(problem, state, e)
-      associate (g => state%geometry%element(e), tab => problem%tableau(problem%model%mesh%stages(e)), &
-         & z => state%z(:problem%z_size(e), e))
-         call ge_directions(tab, g%length, g%tangent, compliance, load, u, z, rho)
+      element = ge_at(problem, state, e)
+      associate (tab => problem%tableau(problem%model%mesh%stages(e)))
+         rho = ge_directions(tab, element)
          do i = 1, size(tau)
-            call ge_between(tab, g%length, g%scale, load, z, rho, tau(i), span, resultant)
-            angle = home_angle(problem, g, e, tau(i)) + ge_rotation(tab, g%length, compliance, load, u, z, tau(i))
+            call ge_between(tab, element, rho, tau(i), span, resultant)
+            angle = home_angle(problem, element%g, e, tau(i)) + ge_rotation(tab, element, tau(i))
             local(:, i) = [cos(angle) * resultant(1) + sin(angle) * resultant(2), &
                & cos(angle) * resultant(2) - sin(angle) * resultant(1), resultant(3)]
          end do
@@ -104,17 +93,16 @@ contains
       real(wp), intent(in) :: middle(2)
       real(wp) :: total(3)
       real(wp) :: x(2), position(2), direction(2, max_stages), force(2), line(2), rate(2)
-      type(ge_load_t) :: load
+      type(ge_data_t) :: element
       integer :: i, s
-      load = element_load(problem, state, e)
+      element = ge_at(problem, state, e)
       total = 0.0_wp
-      if (.not. acts(load)) return
+      if (.not. acts(element%load)) return
       x = node_position(state, problem%model%mesh%node(1, e)) - middle
       s = problem%model%mesh%stages(e)
-      associate (g => state%geometry%element(e), h => state%geometry%element(e)%length, tab => problem%tableau(s))
-         call ge_directions(tab, h, g%tangent, element_compliance(problem, state, e), load, &
-            & element_displacement(problem, state, e), state%z(:problem%z_size(e), e), direction)
-         direction(:, :s) = g%scale * direction(:, :s)
+      associate (h => element%g%length, tab => problem%tableau(s), load => element%load)
+         direction = ge_directions(tab, element)
+         direction(:, :s) = element%g%scale * direction(:, :s)
          do i = 1, s
             position = x + h * matmul(direction(:, :s), tab%a(i, :s))
             call line_at_stage(load, i, line, rate)
@@ -160,16 +148,16 @@ contains
       real(wp), parameter :: sides(6) = [1.0_wp, -1.0_wp, 0.5_wp, -0.5_wp, 0.25_wp, -0.25_wp]
       real(wp), parameter :: weights(6) = [0.5_wp, -0.5_wp, -20.0_wp, 20.0_wp, 128.0_wp, -128.0_wp] / 45.0_wp
       real(wp), parameter :: small = 0.3_wp    !! n h^2/EI at the outermost points of the difference
-      type(ge_load_t) :: load
+      type(ge_data_t) :: element
       real(wp) :: force(2, max_stages), step, largest, line(2), rate(2)
       type(inner_forces_t) :: inner, pressed
       integer :: i, s, z
+      element = ge_at(problem, state, e)
       s = problem%model%mesh%stages(e)
-      z = problem%z_size(e)
-      load = element_load(problem, state, e)
+      z = size(element%z)
       k = 0.0_wp
       shift = 0.0_wp
-      associate (g => state%geometry%element(e), tab => problem%tableau(s), flexible => problem%compliance(e))
+      associate (g => element%g, tab => problem%tableau(s), load => element%load, flexible => element%compliance)
          do i = 1, s
             if (z > 3 + s) then
                force(:, i) = dz(2 + s + 2 * i:3 + s + 2 * i)
@@ -198,19 +186,16 @@ contains
       !> Adds the tangent, internal unknowns eliminated, under the stresses of a part of the load change, times a weight.
       subroutine add(part_of_load, weight)
          real(wp), intent(in) :: part_of_load, weight
-         type(ge_load_t) :: shifted
+         type(ge_data_t) :: shifted
          real(wp) :: f(6), raw(6), part(6, 6), fl(6), op(size(dz), ge_columns), defect(2), moved(6, 2)
          logical :: ok
-         shifted = load
-         shifted%pressure = load%pressure + part_of_load * load%pressure_rate
-         shifted%gradient = load%gradient + part_of_load * load%gradient_rate
+         shifted = element
+         shifted%load%pressure = element%load%pressure + part_of_load * element%load%pressure_rate
+         shifted%load%gradient = element%load%gradient + part_of_load * element%load%gradient_rate
          pressed = inner
          if (inner%n > 0) call press(part_of_load)
-         associate (g => state%geometry%element(e))
-            call ge_evaluate(problem%tableau(s), g%length, g%scale, g%tangent, element_compliance(problem, state, e), &
-               & shifted, element_displacement(problem, state, e), state%z(:z, e), pressed, f, raw, part, moved, fl, op, defect, &
-               & ok, more_force=part_of_load * force(:, :s))
-         end associate
+         call ge_evaluate(problem%tableau(s), shifted, pressed, f, raw, part, moved, fl, op, defect, ok, &
+            & more_force=part_of_load * force(:, :s))
          k = k + weight * part
          shift = shift + weight * moved
       end subroutine add
@@ -220,9 +205,8 @@ contains
          real(wp), intent(in) :: part_of_load
          real(wp) :: along(2), d(2), rho(2, max_stages), change
          integer :: q
-         associate (g => state%geometry%element(e))
-            call ge_direction_rates(problem%tableau(s), g%length, g%tangent, element_compliance(problem, state, e), load, &
-               & element_displacement(problem, state, e), state%z(:z, e), du, dz(:z), 1.0_wp, rho(:, :s))
+         rho = ge_direction_rates(problem%tableau(s), element, du, dz(:z), 1.0_wp)
+         associate (g => element%g)
             do q = 1, inner%n
                d = du(1:2) + g%length * g%scale * matmul(rho(:, :s), inner%basis(:s, q))
                along = [inner%normal(2, q), -inner%normal(1, q)]

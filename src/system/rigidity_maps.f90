@@ -2,7 +2,8 @@
 module rigidity_maps
    use kinds, only: wp
    use problem, only: problem_t, carried_by
-   use rod_state, only: state_t, element_displacement, element_compliance, element_load
+   use rod_state, only: state_t
+   use ge_in_state, only: ge_at
    use ge_stages, only: ge_directions
    use gauss_tableau, only: max_stages
    use system_type, only: system_t
@@ -74,8 +75,7 @@ contains
       s = problem%model%mesh%stages(e)
       give = 0.0_wp
       associate (g => state%geometry%element(e), tab => problem%tableau(s))
-         call ge_directions(tab, g%length, g%tangent, element_compliance(problem, state, e), element_load(problem, state, e), &
-            & element_displacement(problem, state, e), state%z(:problem%z_size(e), e), t(:, :s))
+         t = ge_directions(tab, ge_at(problem, state, e))
          do j = 1, s
             t(:, j) = t(:, j) / norm2(t(:, j))
             do k = 1, 2

@@ -18,7 +18,8 @@ module rolling_rods
    use problem, only: problem_t, dof
    use rod_state, only: state_t
    use system_type, only: system_t
-   use track_nodes, only: excess_curvature, ge_end, rod_angle
+   use track_nodes, only: excess_curvature, rod_angle
+   use ge_in_state, only: ge_end
    use node_axes, only: to_node
    use band_matrix, only: solve_factored
    implicit none

@@ -1,0 +1,20 @@
+!> A geometrically exact element with its loads and displacements: all that its equations depend on, apart from the
+!> Gauss points and foundations.
+module ge_data
+   use kinds, only: wp
+   use rod_geometry, only: element_geometry_t
+   use rod_load, only: ge_load_t
+   use rod_compliance, only: ge_stiffness_t
+   implicit none
+   private
+   public :: ge_data_t
+
+   !> The element in one state. The equations are those of ge_element.
+   type :: ge_data_t
+      type(element_geometry_t) :: g               !! stress-free geometry; its length is h, its scale C
+      type(ge_stiffness_t) :: compliance
+      type(ge_load_t) :: load
+      real(wp) :: u(6) = 0.0_wp                   !! node displacements (u, v, rotation) twice
+      real(wp), allocatable :: z(:)               !! (ge_size) stored unknowns
+   end type ge_data_t
+end module ge_data
