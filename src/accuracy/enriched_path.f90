@@ -2,7 +2,7 @@
 module enriched_path
    use kinds, only: wp
    use model, only: quantity_reaction, method_displacement
-   use problem, only: problem_t, dof
+   use problem, only: problem_t, moments_as_forces
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system, assemble, to_global
    use converged_state, only: keep_couples
@@ -272,14 +272,6 @@ contains
    pure real(wp) function out_of_balance(problem, system)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      integer :: node
-      out_of_balance = 0.0_wp
-      do node = 1, problem%model%mesh%n_nodes
-         associate (d => dof(problem, node, 1))
-            out_of_balance = out_of_balance + sum(system%residual(d:d + 1)**2, mask=.not. system%fixed(d:d + 1))
-            if (.not. system%fixed(d + 2)) out_of_balance = out_of_balance + (system%residual(d + 2) / problem%size)**2
-         end associate
-      end do
-      out_of_balance = sqrt(out_of_balance)
+      out_of_balance = norm2(merge(0.0_wp, moments_as_forces(problem, system%residual), system%fixed))
    end function out_of_balance
 end module enriched_path

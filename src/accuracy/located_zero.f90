@@ -3,7 +3,7 @@ module located_zero
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp
    use errors, only: error_t
-   use problem, only: problem_t
+   use problem, only: problem_t, unknown_weights
    use rod_state, only: state_t
    use linear_system, only: system_t
    use element_products, only: element_deformation
@@ -21,7 +21,7 @@ module located_zero
    use tangent_modes, only: modes_t, lowest_modes, null_vectors, apply_tangent, mode_tolerance, most_null_vectors
    use axial_rigidity, only: shrinking_forces
    use bordered_system, only: solve_effective
-   use null_directions, only: likeness, times_metric, new_null_directions, leave_out
+   use null_directions, only: likeness, new_null_directions, leave_out
    implicit none
    private
    public :: as_zero, zero_t, new_zero, zero_value, left_of_zero, find_event_gap, between_nodes, located_gap, mode_rounding
@@ -260,7 +260,7 @@ contains
       mode = given
       do k = 1, most
          before = mode
-         call solve_effective(system, merge(0.0_wp, times_metric(problem, before), system%fixed), mode)
+         call solve_effective(system, merge(0.0_wp, unknown_weights(problem) * before, system%fixed), mode)
          length = sqrt(likeness(problem, mode, mode))
          if (.not. length > 0.0_wp) return
          mode = mode / length
@@ -298,7 +298,7 @@ contains
       real(wp) :: direction(size(mode), 1), given(2, system%rigidity%n), eigenvalue
       added = 0.0_wp
       held = merge(0.0_wp, mode, system%fixed)
-      weighted = merge(0.0_wp, times_metric(problem, held), system%fixed)
+      weighted = merge(0.0_wp, unknown_weights(problem) * held, system%fixed)
       call apply_tangent(problem, state, system, held, left, eigenvalue)
       if (system%rigidity%n > 0) then
          call solve_effective(system, weighted, answer, given)

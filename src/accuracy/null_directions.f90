@@ -6,7 +6,7 @@
 !> axial strains and forces.
 module null_directions
    use kinds, only: wp
-   use problem, only: problem_t, dof
+   use problem, only: problem_t, dof, unknown_weights
    use linear_system, only: system_t, to_global
    use bordered_system, only: solve_effective
    use small_dense, only: solve_small
@@ -14,7 +14,7 @@ module null_directions
    use path_continuity, only: path_tangent_t
    implicit none
    private
-   public :: new_null_directions, leave_out, response_without, tangent_without, free_of, likeness, times_metric
+   public :: new_null_directions, leave_out, response_without, tangent_without, free_of, likeness
 
 contains
 
@@ -27,7 +27,7 @@ contains
       integer :: k
       allocate (direction, mold=modes)
       do k = 1, size(modes, 2)
-         call solve_effective(system, merge(0.0_wp, times_metric(problem, modes(:, k)), system%fixed), direction(:, k))
+         call solve_effective(system, merge(0.0_wp, unknown_weights(problem) * modes(:, k), system%fixed), direction(:, k))
          direction(:, k) = direction(:, k) / norm2([tiny(1.0_wp), direction(:, k)])
       end do
    end function new_null_directions
@@ -89,22 +89,9 @@ contains
       integer :: k
       free = force
       do k = 1, size(modes, 2)
-         free = free - dot_product(modes(:, k), force) * times_metric(problem, modes(:, k))
+         free = free - dot_product(modes(:, k), force) * unknown_weights(problem) * modes(:, k)
       end do
    end function free_of
-
-   !> Product M x with the metric.
-   pure function times_metric(problem, x) result(weighted)
-      type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: x(:)               !! (unknowns) node axes
-      real(wp) :: weighted(size(x))
-      integer :: node, d
-      weighted = 0.0_wp
-      do node = 1, size(problem%weight)
-         d = dof(problem, node, 1)
-         weighted(d:d + 1) = problem%weight(node) * x(d:d + 1)
-      end do
-   end function times_metric
 
    !> Component of a vector along a mode: the metric's inner product.
    pure real(wp) function likeness(problem, mode, x)

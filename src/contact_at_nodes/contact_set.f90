@@ -3,7 +3,7 @@
 !> candidates become uncertain until no other candidate violates its condition.
 module contact_set
    use kinds, only: wp, parallel
-   use problem, only: problem_t, dof
+   use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
    use bordered_system, only: solve_bordered
@@ -197,22 +197,15 @@ contains
       logical, allocatable :: wrong(:)
       real(wp) :: scale
       integer :: c
-      scale = max(system%force_scale, maxval(abs(reaction)), abs(rise) * largest_force(problem, system%load))
+      scale = max(system%force_scale, maxval(abs(reaction)), abs(rise) * largest_force(system%load))
       wrong = merge(reaction < -reaction_tolerance * scale, gap < -[(overlap_allowed(problem, system, c), &
          & c=1, problem%candidates%n)], state%active) .and. .not. problem%candidates%bilateral
    end function violated
 
    !> Largest force component on a node per unit of the load factor.
-   pure real(wp) function largest_force(problem, load) result(largest)
-      type(problem_t), intent(in) :: problem
+   pure real(wp) function largest_force(load) result(largest)
       real(wp), intent(in) :: load(:)          !! (unknowns) load vector
-      integer :: node, i
-      largest = 0.0_wp
-      do node = 1, problem%model%mesh%n_nodes
-         do i = 1, 2
-            largest = max(largest, abs(load(dof(problem, node, i))))
-         end do
-      end do
+      largest = max(maxval(abs(load(1::3))), maxval(abs(load(2::3))))
    end function largest_force
 
    !> Candidates that become uncertain because a gap or reaction, their own or a neighbour's, violates its sign.

@@ -1,7 +1,7 @@
 !> Two neighbouring states on the path tangent, for derivatives by differences along the path.
 module tangent_step
    use kinds, only: wp
-   use problem, only: problem_t, dof
+   use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
    use bordered_system, only: apply_increment
@@ -46,14 +46,9 @@ contains
       real(wp), intent(in) :: load               !! factor
       real(wp), intent(in) :: most               !! displacement over the structure's size, or rotation [rad]
       real(wp) :: rate
-      integer :: node, d
-      rate = tiny(rate)
-      do node = 1, problem%model%mesh%n_nodes
-         d = dof(problem, node, 1)
-         associate (u => system%tangent(d:d + 2))
-            rate = max(rate, maxval(abs(u(1:2))) / problem%size, abs(u(3)))
-         end associate
-      end do
+      associate (u => system%tangent)
+         rate = max(tiny(rate), maxval(abs(u(1::3))) / problem%size, maxval(abs(u(2::3))) / problem%size, maxval(abs(u(3::3))))
+      end associate
       step = min(most / rate, max(abs(load), 1.0_wp))
    end function small_load
 end module tangent_step

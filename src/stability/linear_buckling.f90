@@ -10,7 +10,7 @@ module linear_buckling
    use kinds, only: wp
    use errors, only: error_t, fail
    use text, only: to_text
-   use problem, only: problem_t, dof
+   use problem, only: problem_t, unknown_weights
    use rod_state, only: state_t
    use linear_system, only: system_t
    use stress_stiffness, only: stress_stiffness_t, new_stress_stiffness, stiffness_under, apply_stress
@@ -52,16 +52,12 @@ contains
       type(buckling_operator_t) :: operator
       type(spectrum_t) :: spectrum
       real(wp) :: sense
-      integer :: i, node, d
+      integer :: i
 
       operator%n = system%n
       operator%symmetric = .false.
-      allocate (operator%weight(operator%n), source=1.0_wp / (problem%size**2 * size(problem%weight)))
-      do node = 1, size(problem%weight)
-         d = dof(problem, node, 1)
-         operator%weight(d:d + 1) = problem%weight(node)
-         operator%weight(d + 2) = problem%weight(node) * problem%size**2
-      end do
+      operator%weight = unknown_weights(problem)
+      operator%weight(3::3) = operator%weight(1::3) * problem%size**2
       where (system%fixed) operator%weight = 0.0_wp
       if (is_rounding(problem, state, system)) then
          call fail(error, 'the tangent is nothing but rounding: '//rounding_cure(problem, state))

@@ -7,7 +7,7 @@
 module tangent_modes
    use kinds, only: wp
    use errors, only: error_t
-   use problem, only: problem_t, dof
+   use problem, only: problem_t, dof, unknown_weights
    use rod_state, only: state_t, end_pressures
    use linear_system, only: system_t, to_global, contact_tangent, contact_pull, node_reaction, spring_tangent, &
       & matrix_to_node, apply_joints
@@ -60,13 +60,9 @@ contains
       type(inverse_tangent_t) :: operator
       type(spectrum_t) :: spectrum
       real(wp) :: x(system%n), held(system%n)
-      integer :: node, d, i, j
+      integer :: i, j
       operator%n = system%n
-      allocate (operator%weight(system%n), source=0.0_wp)
-      do node = 1, size(problem%weight)
-         d = dof(problem, node, 1)
-         operator%weight(d:d + 1) = problem%weight(node)
-      end do
+      operator%weight = unknown_weights(problem)
       ! Unknowns fixed by supports and rigid contacts are zero in all modes.
       where (system%fixed) operator%weight = 0.0_wp
       operator%system => system

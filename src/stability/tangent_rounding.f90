@@ -8,7 +8,7 @@
 !> singular; at an exactly singular K the load on the artificial springs of the factors does not count as rounding.
 module tangent_rounding
    use kinds, only: wp
-   use problem, only: problem_t, dof
+   use problem, only: problem_t, unknown_weights
    use rod_state, only: state_t
    use axial_rigidity, only: shrinking_forces
    use band_matrix, only: spring_forces
@@ -30,15 +30,10 @@ contains
       real(wp), intent(out) :: stiffness       !! absolute value of the stiffness; zero at limit points, and if nothing moves
       real(wp), intent(out) :: rounding        !! part of the stiffness that is rounding
       real(wp) :: force(system%n), left(system%n), work, length
-      integer :: node, d
       stiffness = 0.0_wp
       rounding = 0.0_wp
       associate (t => system%tangent)
-         length = 0.0_wp
-         do node = 1, size(problem%weight)
-            d = dof(problem, node, 1)
-            length = length + problem%weight(node) * (t(d)**2 + t(d + 1)**2)
-         end do
+         length = sum(unknown_weights(problem) * t**2)
          if (.not. length > 0.0_wp) return
          call apply_tangent(problem, state, system, t, force, work)
          call shrinking_forces(system%rigidity, system%tangent_stretch, left)
@@ -54,15 +49,14 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! assembled and factored at `state`
-      real(wp), dimension(system%n) :: load, answer, force, shrinking
+      real(wp), dimension(system%n) :: weight, load, answer, force, shrinking
       real(wp) :: work, stretch(2, system%rigidity%n)
-      integer :: axis, node
+      integer :: axis
       is_rounding = .false.
+      weight = unknown_weights(problem)
       do axis = 1, 2
          load = 0.0_wp
-         do node = 1, size(problem%weight)
-            load(dof(problem, node, axis)) = problem%weight(node)
-         end do
+         load(axis::3) = weight(axis::3)
          where (system%fixed) load = 0.0_wp
          call solve_effective(system, load, answer, stretch)
          call apply_tangent(problem, state, system, answer, force, work)

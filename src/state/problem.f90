@@ -29,8 +29,8 @@ module problem
    use ground_coupling, only: coupling_t, new_coupling
    implicit none
    private
-   public :: problem_t, new_problem, remeshed_problem, derive_problem, rounding_gap, touching_gap, same_place, dof, copy_problem, &
-      & carried_unknowns, carried_by
+   public :: problem_t, new_problem, remeshed_problem, derive_problem, rounding_gap, touching_gap, same_place, dof, &
+      & unknown_weights, moments_as_forces, copy_problem, carried_unknowns, carried_by
    public :: mesh_sampled, mesh_of_marks, mesh_of_spans
 
    ! Kinds of meshes, by the points of the rod that mesh nodes follow.
@@ -367,6 +367,24 @@ contains
       integer, intent(in) :: node, component
       dof = 3 * (problem%numbering%position(node) - 1) + component
    end function dof
+
+   !> (unknowns) Weights of the metric: those of the nodes for displacements, zero for rotations.
+   pure function unknown_weights(problem) result(weight)
+      type(problem_t), intent(in) :: problem
+      real(wp) :: weight(problem%n_unknowns)
+      weight = 0.0_wp
+      weight(3 * problem%numbering%position - 2) = problem%weight
+      weight(3 * problem%numbering%position - 1) = problem%weight
+   end function unknown_weights
+
+   !> (unknowns) Forces and moments, with the moments divided by the structure's size.
+   pure function moments_as_forces(problem, x) result(force)
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: x(:)             !! (unknowns)
+      real(wp) :: force(size(x))
+      force = x
+      force(3::3) = x(3::3) / problem%size
+   end function moments_as_forces
 
    !> Bound of the rounding error of a gap.
    pure real(wp) function rounding_gap(problem)

@@ -1,7 +1,7 @@
 !> Residual of the equilibrium equations in a state, and the part of it that may be rounding.
 module residual_measure
    use kinds, only: wp
-   use problem, only: problem_t, dof
+   use problem, only: problem_t, moments_as_forces
    use rod_state, only: state_t, element_load
    use node_loads, only: node_push_t, node_pushes
    use rod_load, only: ge_load_t, largest_line
@@ -26,7 +26,7 @@ contains
       type(ge_load_t) :: load
       type(node_push_t), allocatable :: push(:)
       class(rod_element_t), pointer :: rod
-      integer :: e, i, d, node
+      integer :: e, i
       system%raw = system%residual
       scale = problem%force_floor
       do e = 1, problem%model%mesh%n_elements
@@ -72,18 +72,7 @@ contains
             scale = max(scale, maxval(largest_line(load)) * state%geometry%element(e)%length)
          end do
       end if
-      worst = 0.0_wp
-      do node = 1, problem%model%mesh%n_nodes
-         do i = 1, 3
-            d = dof(problem, node, i)
-            if (system%fixed(d)) cycle
-            if (i < 3) then
-               worst = max(worst, abs(system%raw(d)))
-            else
-               worst = max(worst, abs(system%raw(d)) / problem%size)
-            end if
-         end do
-      end do
+      worst = maxval(abs(merge(0.0_wp, moments_as_forces(problem, system%raw), system%fixed)))
       system%force_scale = scale
       ! UL2 elements compute N from displacements, foundations their reaction from a gap: its error is their rounding times the
       ! stiffness.
