@@ -5,7 +5,7 @@
 !> resolves the solution; if the bars show that it does not, the number of elements is doubled.
 module mesh_request
    use kinds, only: wp
-   use model, only: monitor_t, quantity_displacement, quantity_section
+   use model, only: monitor_t, quantity_displacement, quantity_section, section_moment
    use cross_section, only: outer_fibre
    use problem, only: problem_t
    use rod_state, only: state_t
@@ -386,7 +386,7 @@ contains
             if (monitor%quantity == quantity_displacement) then
                sizes(1 + m) = max(motion(merge(2, 1, monitor%component == 3)), place_rounding / asked * &
                   & merge(1.0_wp, problem%size, monitor%component == 3))
-            else if (monitor%quantity == quantity_section .and. (monitor%where .or. monitor%component > 3)) then
+            else if (monitor%quantity == quantity_section .and. (monitor%where .or. monitor%component > section_moment)) then
                ! The scale of strains and stresses is proportional to that of the loads; the scale of a position is the structure's
                ! size.
                sizes(1 + m) = merge(problem%size, section_scale(problem, force_scale, monitor), monitor%where)

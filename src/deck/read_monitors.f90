@@ -3,8 +3,10 @@
 module read_monitors
    use kinds, only: wp
    use text, only: to_text, same_name
-   use model, only: model_t, monitor_t, contact_print_t, quantity_reaction, quantity_contact, quantity_section
+   use model, only: model_t, monitor_t, contact_print_t, quantity_reaction, quantity_contact, quantity_section, &
+      & section_moment, section_stress
    use cross_section, only: outer_fibre
+   use item_values, only: component_dof
    use deck_names, only: element_words
    use read_distributions, only: same_length
    use obstacle_types, only: obstacle_circle, obstacle_arc
@@ -46,8 +48,9 @@ contains
             else
                if (monitor%quantity /= quantity_contact) monitor%node = deck%nodes('node or set')
                ! The words are in the order x, y, rotation: those of displacements, then those of reactions.
-               if (monitor%quantity /= quantity_contact .and. deck%integer('quantity') > 3) monitor%quantity = quantity_reaction
-               monitor%component = modulo(deck%integer('quantity') - 1, 3) + 1
+               if (monitor%quantity /= quantity_contact .and. deck%integer('quantity') > size(component_dof)) &
+                  & monitor%quantity = quantity_reaction
+               monitor%component = modulo(deck%integer('quantity') - 1, size(component_dof)) + 1
                call check_monitor()
             end if
          end if
@@ -60,8 +63,8 @@ contains
       subroutine read_section_quantity()
          real(wp) :: length
          integer :: i
-         monitor%component = modulo(deck%integer('quantity') - 1, 5) + 1
-         monitor%where = deck%integer('quantity') > 5
+         monitor%component = modulo(deck%integer('quantity') - 1, section_stress) + 1
+         monitor%where = deck%integer('quantity') > section_stress
          monitor%largest = .not. deck%given('s')
          monitor%place = deck%real('s')
          if (monitor%where .and. deck%given('s')) call deck%wrong('s', 'the place of the largest value is looked for along the set')
@@ -71,7 +74,7 @@ contains
             associate (e => monitor%element(i))
                length = length + (model%mesh%s(2, e) - model%mesh%s(1, e))
                if (model%mesh%section(e) == 0) cycle ! reported elsewhere
-               if (monitor%component > 3 .and. .not. outer_fibre(model%section(model%mesh%section(e))) > 0.0_wp) then
+               if (monitor%component > section_moment .and. .not. outer_fibre(model%section(model%mesh%section(e))) > 0.0_wp) then
                   call deck%wrong('quantity', element_words(model%mesh, e)//' has no shape with an outermost fibre; that takes '// &
                      'SECTION=RECT, CIRC or PIPE')
                   return

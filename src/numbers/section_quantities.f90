@@ -2,7 +2,8 @@
 !> to material points of the deck's elements, independent of the nodes of the mesh.
 module section_quantities
    use kinds, only: wp
-   use model, only: monitor_t
+   use model, only: monitor_t, axial => section_axial, moment => section_moment, strain => section_strain, &
+      & stress => section_stress
    use problem, only: problem_t
    use rod_state, only: state_t
    use rod_element, only: rod_element_t
@@ -19,9 +20,6 @@ module section_quantities
    implicit none
    private
    public :: section_value, watched_section, largest_strain, new_section_functional
-
-   ! Quantities, in the order of the deck's words.
-   integer, parameter :: axial = 1, shear = 2, moment = 3, strain = 4, stress = 5
 
    !> Part of an element of the mesh, with values of a quantity at places of equal distance in it.
    type :: part_t
@@ -62,7 +60,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau(:)            !! 0 to 1 of the element
-      integer, intent(in) :: quantity           !! 1: N, 2: Q, 3: M, 4: strain, 5: stress
+      integer, intent(in) :: quantity           !! section_axial etc.
       real(wp), intent(in), optional :: sense(2) !! as in section_place_t, which makes the quantity a smooth function of the state;
       !! default: N, Q, M with their signs, strain and stress positive
       real(wp) :: value(size(tau))

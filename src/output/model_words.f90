@@ -2,7 +2,7 @@
 module model_words
    use kinds, only: wp
    use model, only: model_t, monitor_t, contact_t, limit_curve_t, quantity_displacement, quantity_reaction, quantity_contact, &
-      & quantity_section
+      & quantity_section, section_stress
    use obstacle_types, only: obstacle_t, obstacle_circle
    use text, only: to_text
    implicit none
@@ -11,8 +11,10 @@ module model_words
    public :: parameter_units, parameter_object
 
    !> Quantities of sections and their units, in the order of monitor_t%component.
-   character(*), parameter :: section_quantity(5) = [character(12) :: 'normal force', 'shear force', 'moment', 'strain', 'stress']
-   character(*), parameter :: section_unit(5) = [character(14) :: 'force', 'force', 'moment', '1', 'force/length^2']
+   character(*), parameter :: section_quantity(section_stress) = [character(12) :: 'normal force', 'shear force', 'moment', &
+      & 'strain', 'stress']
+   character(*), parameter :: section_unit(section_stress) = [character(14) :: 'force', 'force', 'moment', '1', &
+      & 'force/length^2']
 
    !> Kinds of obstacles, in the order of obstacle_types.
    character(*), parameter :: obstacle_name(5) = [character(8) :: 'line', 'circle', 'arc', 'polyline', 'spline']

@@ -31,14 +31,12 @@ module path_acceptance
    private
    public :: arrival_t, accept
 
-   integer, parameter :: mesh_has_to_do = -1    !! value of `tries`: no other mesh can be requested
-
    !> Properties of a trial, set by the caller.
    type :: arrival_t
       type(increment_t) :: report                !! report of the correction to the trial
       logical :: can_cut = .false.             !! the caller can try a shorter increment instead
-      integer :: tries = mesh_has_to_do        !! meshes made for the errors of this increment. If another one is
-      !! requested, nothing is recorded
+      integer, allocatable :: tries            !! meshes made for the errors of this increment; not allocated: no other mesh can
+      !! be requested. If another one is requested, nothing is recorded
       character(2) :: label = ''               !! C+ or C- if the trial is known to be a contact change
       integer :: times = 1                     !! multiplicity of that change
       logical :: bracketed = .false.           !! the change lies somewhere before the trial
@@ -118,7 +116,8 @@ contains
          ! The mesh is not refined if the deck gives it, or if it was already remade for this increment: a further mesh made at the
          ! trial would lack nodes at the same interface points as the first. (The mesh of the next increment, which begins at a
          ! point before the event, has these nodes.)
-         findings%as_it_is = .not. any(problem%layout%rod_segment%placed) .or. arrival%tries > 0
+         findings%as_it_is = .not. any(problem%layout%rod_segment%placed)
+         if (allocated(arrival%tries)) findings%as_it_is = findings%as_it_is .or. arrival%tries > 0
       end subroutine begin_asking
 
       !> Reports events that were not located at the trial, which is the next point of the path behind the events.
@@ -144,7 +143,7 @@ contains
          ! A trial behind the end of the step is not a point of the step.
          behind_end = any(findings%seen%located .and. findings%seen%event%kind == event_stop .and. .not. findings%duplicate)
          critical = arrival%label /= '' .or. findings%stops
-         can_ask = arrival%tries /= mesh_has_to_do
+         can_ask = allocated(arrival%tries)
          if (.not. (allocated(findings%bars) .or. behind_end)) &
             & call bars_at_point(problem, step, run, trial, merge('  ', arrival%label, arrival%bracketed), findings%stops, 0, &
             & findings%bars, wanted=step%asked_of_path > 0.0_wp .and. any(problem%layout%rod_segment%placed), &
@@ -213,7 +212,7 @@ contains
             findings%duplicate(i) = turns_by_rounding(problem, step, run, trial, located_event)
             if (findings%duplicate(i)) return
             call doubt_limit(problem, run, trial, located_event)
-            if (arrival%tries /= mesh_has_to_do) &
+            if (allocated(arrival%tries)) &
                & call ask_at_event(problem, step, run, located_event, arrival%tries, outcome, request)
             if (request%remeshes()) return
             call doubt_bifurcation(located_event)
