@@ -28,7 +28,7 @@ program unilat
    use memory, only: can_be_had
    use run_end, only: watch_for_end, guard_exit, ends_by_itself, has_stack
    use archive, only: archive_of
-   use checkpoint, only: standing_t
+   use checkpoint, only: saved_run_t
    use restart_check, only: why_not_with
    use restart_file, only: restart_t, read_restart
    use path_points, only: find_named_point
@@ -59,7 +59,7 @@ program unilat
    character(:), allocatable :: lost             !! reason why standard output cannot be written; empty: no failure
    integer :: draft
    type(restart_t) :: restart
-   type(standing_t) :: standing
+   type(saved_run_t) :: saved
 
    call guard_exit(exit_refused, exit_internal)
    if (.not. has_stack(stack)) call stop_with(exit_refused, 'there is not enough memory for the stack (ulimit -s)')
@@ -139,13 +139,13 @@ program unilat
    end if
    first_model = deck_model
    if (options%restart /= '') then
-      standing%kind = restart%kind
-      if (restart%kind > 0) standing%archive = archive_of(restart%state)
-      standing%changed = options%deck /= '' .or. size(options%set) > 0
-      standing%steps = deck_model%step
-      if (standing%changed) call check_other_deck()
-      if (options%from /= '') call find_named_point(options%restart, options%from, standing%branch, standing%from, &
-         & standing%load_factor, error)
+      saved%kind = restart%kind
+      if (restart%kind > 0) saved%archive = archive_of(restart%state)
+      saved%changed = options%deck /= '' .or. size(options%set) > 0
+      saved%steps = deck_model%step
+      if (saved%changed) call check_other_deck()
+      if (options%from /= '') call find_named_point(options%restart, options%from, saved%branch, saved%from, &
+         & saved%load_factor, error)
       if (allocated(error)) call stop_with(exit_deck_error, error%message)
    end if
    if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, deck_words(), result_file, &
@@ -197,7 +197,7 @@ contains
       call progress_open(recorder%progress, listed=.not. options%quiet)
       if (.not. options%quiet) call listing_open(recorder%listing, output_unit, deck_model)
       call timing_stop(phase_output)
-      call follow_path(path_problem, recorder, outcome, standing)
+      call follow_path(path_problem, recorder, outcome, saved)
       call progress_close(recorder%progress)
       checks = failed_checks(outcome%accuracy)
       if (checks /= '') call note_failure(checks)
@@ -293,7 +293,7 @@ contains
       begins_again = outcome%sampled .and. outcome%dead_end
       if (.not. begins_again) return
       restart%kind = 0
-      standing%kind = 0
+      saved%kind = 0
       call results_close(recorder%results, 'begun again '//how, outcome%accuracy, error)
       if (.not. options%quiet) write (output_unit, '(/a)') 'Contact spans do not get on: '//outcome%why// &
          & '. The path begins again '//how//'.'

@@ -9,7 +9,7 @@ module accuracy_limits
    use node_contact_functional, only: is_stop
    implicit none
    private
-   public :: why_not_told
+   public :: why_no_bars
 
 contains
 
@@ -18,7 +18,7 @@ contains
    !> Solutions without kinks inside elements converge with the order of the elements. Contact at nodes causes a kink at each of its
    !> ends. An end of contact with a foundation, or a corner of the foundation's law, should be an interface point of the mesh; if
    !> it cannot be one, its kink has an error estimate of its own (inner_kinks). The UL2 element has no enriched form.
-   function why_not_told(problem, state, as_it_is, smallest) result(why)
+   function why_no_bars(problem, state, as_it_is, smallest) result(why)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       logical, intent(in), optional :: as_it_is  !! true: the mesh will not be refined for these kinks
@@ -46,5 +46,5 @@ contains
             & why = 'contact with a foundation ends, or its law has a corner, inside an element'
          exit
       end do
-   end function why_not_told
+   end function why_no_bars
 end module accuracy_limits

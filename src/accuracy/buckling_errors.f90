@@ -14,7 +14,7 @@ module buckling_errors
    use path_continuity, only: path_tangent_t
    use linear_buckling, only: buckle
    use error_bar, only: new_error_bar
-   use accuracy_limits, only: why_not_told
+   use accuracy_limits, only: why_no_bars
    use enriched_problem, only: enriched_problem_t
    use enriched_path, only: enriched_path_t, enriched_point_t, new_finer_path, start_point, next_point
    use path_record, only: buckling_t
@@ -40,7 +40,7 @@ contains
       real(wp) :: correction, rounding
       integer :: k
       allocate (buckling%bar(size(buckling%load_factor)))
-      buckling%unbarred = why_not_told(problem, state)
+      buckling%unbarred = why_no_bars(problem, state)
       if (buckling%unbarred /= '') return
       call timing_start(phase_accuracy)
       control%method = method_load

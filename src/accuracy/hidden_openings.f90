@@ -11,9 +11,9 @@ module hidden_openings
    use rod_state, only: state_t
    use path_record, only: region_t
    use element_gap, only: element_gap_t, gap_value, gap_extreme
-   use rod_profile, only: profile_doubt
+   use rod_profile, only: profile_error_bound
    use ground_regions, only: find_ground_regions, part_of_range, rounds
-   use ground_segments, only: gap_uncertainty, follows, told_gap, settled_gap, gap_rounding
+   use ground_segments, only: gap_uncertainty, follows, gap_in_state, settled_gap, gap_rounding
    implicit none
    private
    public :: may_be_open
@@ -57,15 +57,15 @@ contains
                   call check_decayed_wave(waves(2))
                   cycle
                end if
-               gap = told_gap(problem, state, c)
+               gap = gap_in_state(problem, state, c)
                known = gap_uncertainty(gap, rounding)
                rounds_off = known < 2.0_wp * rounding
                call gap_extreme(problem, gap, .true., range(1), range(2), peak, at)
                do j = 0, gap%samples
                   place = range(1) + (range(2) - range(1)) * j / gap%samples
                   if (j > 0 .and. at > range(1) + (range(2) - range(1)) * (j - 1) / gap%samples .and. at < place) &
-                     & call look(peak, max(known, profile_doubt(gap%profile, at)))
-                  call look(gap_value(problem, gap, place), max(known, profile_doubt(gap%profile, place)))
+                     & call look(peak, max(known, profile_error_bound(gap%profile, at)))
+                  call look(gap_value(problem, gap, place), max(known, profile_error_bound(gap%profile, place)))
                end do
             end do
          end do

@@ -13,7 +13,7 @@ module located_zero
    use span_tests, only: run_span_tests
    use contact_spans, only: shortest
    use ground_events, only: ground_event_place, ground_event_gap
-   use ground_segments, only: told_gap
+   use ground_segments, only: gap_in_state
    use element_gap, only: element_gap_t, gap_value, gap_look
    use rod_profile, only: profile_error
    use state_functional, only: functional_t, new_functional
@@ -142,7 +142,7 @@ contains
       if (.not. is_on_ground(zero)) return
       call ground_event_place(problem, state, zero%event%ground, candidate, tau, factor)
       if (candidate == 0) return
-      call gap_look(problem, told_gap(problem, state, candidate), tau, x, gap, normal, bend)
+      call gap_look(problem, gap_in_state(problem, state, candidate), tau, x, gap, normal, bend)
       number = new_functional(system%n)
       call number%add(factor / zero%event%gap_scale, new_place_gap_functional(problem, state, system, &
          & problem%ground%chain%contact(candidate), problem%ground%chain%element(2, candidate), tau, gap, normal))
@@ -175,7 +175,7 @@ contains
       call ground_event_place(finer, there, zero%event%ground, candidate, tau, factor)
       if (candidate == 0) return
       element = problem%ground%chain%element(2, candidate)
-      gap = [told_gap(problem, state, candidate), told_gap(finer, there, candidate)]
+      gap = [gap_in_state(problem, state, candidate), gap_in_state(finer, there, candidate)]
       factor = factor / zero%event%gap_scale
       part = value - zero_value(problem, zero, state, system, load_rate) + along(tau) * factor
       ! At the nodes the profile has no interpolation error.

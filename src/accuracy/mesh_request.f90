@@ -426,13 +426,13 @@ contains
    end function rounding_of
 
    !> Largest ratio of a bar to the tolerance, and the number that has it: 0 for the load factor, else a monitor.
-   subroutine excess(bars, sizes, counted, asked, critical, told, ratio, which)
+   subroutine excess(bars, sizes, counted, asked, critical, in_results, ratio, which)
       type(error_bars_t), intent(in) :: bars
       real(wp), intent(in) :: sizes(:)           !! (1 + monitors) reference values
       integer, intent(in) :: counted(:)          !! monitors; 0: the load factor
       real(wp), intent(in) :: asked              !! relative tolerance
       logical, intent(in) :: critical            !! true: rounding counts
-      logical, intent(in) :: told                !! true: bars are in the results, where an unbounded bar exceeds every tolerance
+      logical, intent(in) :: in_results          !! true: bars are in the results, where an unbounded bar exceeds every tolerance
       real(wp), intent(out) :: ratio             !! largest ratio
       integer, intent(out) :: which              !! number with this ratio: 0 the load factor, else a monitor
       integer :: k
@@ -451,7 +451,7 @@ contains
          real(wp) :: part
          if (.not. number%estimated .or. .not. sizes(1 + counted(k)) > 0.0_wp) return
          of_mesh = number
-         of_mesh%bounded = number%bounded .or. .not. told
+         of_mesh%bounded = number%bounded .or. .not. in_results
          if (.not. critical) then
             if (is_rounding(number)) return
             of_mesh%bar = number%bar - number%rounding

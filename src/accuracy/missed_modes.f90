@@ -20,7 +20,7 @@ module missed_modes
    use located_zero, only: zero_t, mode_rounding
    implicit none
    private
-   public :: unstable_difference, sign_in_doubt
+   public :: unstable_difference, sign_uncertain
 
    real(wp), parameter :: beyond_rounding = 10.0_wp !! factor on the rounding error of an eigenvalue above which its sign is certain
 
@@ -45,7 +45,7 @@ contains
    end function unstable_difference
 
    !> True if the discretisation error of the eigenvalue nearest to zero is as large as the eigenvalue: its sign is uncertain.
-   logical function sign_in_doubt(problem, state, system, path, point) result(doubt)
+   logical function sign_uncertain(problem, state, system, path, point) result(doubt)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! factored at `state`
@@ -57,7 +57,7 @@ contains
       real(wp) :: held(system%n), answer(system%n), finer
       doubt = .false.
       if (size(problem%hinge) > 0) return
-      if (.not. points_tell(problem, state, path%problem, point%state)) return
+      if (.not. points_comparable(problem, state, path%problem, point%state)) return
       call lowest_modes(problem, state, system, 1, modes, error)
       if (allocated(error) .or. modes%n < 1) return
       held = merge(0.0_wp, modes%x(:, 1), system%fixed)
@@ -65,7 +65,7 @@ contains
       zero%modes = modes%x(:, :1)
       doubt = abs(finer - modes%mu(1)) > abs(finer)
       if (doubt) doubt = abs(modes%mu(1)) > beyond_rounding * mode_rounding(problem, state, system, zero)
-   end function sign_in_doubt
+   end function sign_uncertain
 
    !> Lower bound of the number of unstable directions that no pivot counts: buckling modes of elements between fixed nodes
    !> (Wittrick and Williams 1971). An element of length h clamped at both ends has the n-th of these modes at the thrust N with N
@@ -97,11 +97,11 @@ contains
       difference = linear%negative_pivots - system%negative_pivots
       if (abs(difference) <= allowed) difference = 0
       if (difference == 0) return
-      if (.not. points_tell(problem, state, finer, better)) difference = 0
+      if (.not. points_comparable(problem, state, finer, better)) difference = 0
       if (difference == 0) return
-      if (.not. signs_tell(problem, state, system, allowed, zeros(1))) difference = 0
+      if (.not. sign_is_certain(problem, state, system, allowed, zeros(1))) difference = 0
       if (difference == 0) return
-      if (.not. signs_tell(finer, better, linear, allowed, zeros(2))) difference = 0
+      if (.not. sign_is_certain(finer, better, linear, allowed, zeros(2))) difference = 0
       if (difference /= 0) difference = difference - (zeros(2) - zeros(1))
    end function certain_difference
 
@@ -133,22 +133,22 @@ contains
    !> True if both discretisations agree in the sign of the relative curvature at every point contact, so that their numbers of
    !> negative pivots can be compared. The rotational stiffness of a point contact is proportional to the inverse of its relative
    !> curvature; close to a transition to a line contact or to two point contacts its sign is uncertain.
-   logical function points_tell(problem, state, finer, better) result(tell)
+   logical function points_comparable(problem, state, finer, better) result(comparable)
       type(problem_t), intent(in) :: problem, finer
       type(state_t), intent(in) :: state, better
       real(wp) :: excess(2), extension
       integer :: c
-      tell = .true.
+      comparable = .true.
       do c = 1, problem%candidates%n
          if (.not. problem%candidates%rolls(c) .or. problem%candidates%follows(c)) cycle
          call excess_curvature(problem, state, c, excess(1), extension)
          call excess_curvature(finer, better, c, excess(2), extension)
-         tell = tell .and. abs(excess(1) - excess(2)) < minval(abs(excess))
+         comparable = comparable .and. abs(excess(1) - excess(2)) < minval(abs(excess))
       end do
-   end function points_tell
+   end function points_comparable
 
    !> True if the signs of all eigenvalues are certain: only the eigenvalues of an event may be zero within rounding.
-   logical function signs_tell(problem, state, system, zeros, negative)
+   logical function sign_is_certain(problem, state, system, zeros, negative)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
@@ -161,10 +161,10 @@ contains
       negative = 0
       k = 1 + zeros
       call lowest_modes(problem, state, system, k, modes, error)
-      signs_tell = .not. allocated(error) .and. modes%n >= k
-      if (.not. signs_tell) return
+      sign_is_certain = .not. allocated(error) .and. modes%n >= k
+      if (.not. sign_is_certain) return
       negative = count(modes%mu(:zeros) < 0.0_wp)
       zero%modes = modes%x(:, k:k)
-      signs_tell = abs(modes%mu(k)) > beyond_rounding * mode_rounding(problem, state, system, zero)
-   end function signs_tell
+      sign_is_certain = abs(modes%mu(k)) > beyond_rounding * mode_rounding(problem, state, system, zero)
+   end function sign_is_certain
 end module missed_modes

@@ -15,7 +15,7 @@ module path_errors
    use tangent_modes, only: bending_stiffness
    use tangent_rounding, only: path_stiffness
    use error_bar, only: resolved, error_bar_t, error_bars_t, new_error_bar, no_error_bars
-   use accuracy_limits, only: why_not_told
+   use accuracy_limits, only: why_no_bars
    use enriched_problem, only: enriched_problem_t
    use enriched_path, only: enriched_path_t, enriched_point_t, new_finer_path, start_point, next_point, values_beside
    use bordered_system, only: with_stretch
@@ -23,7 +23,7 @@ module path_errors
    use error_contributions, only: contributions_t, find_contributions, eigenvalue_shares
    use place_functional, only: moving_ends, places_at, named_place
    use mesh_request, only: value_sizes, motion_sizes
-   use missed_modes, only: unstable_difference, sign_in_doubt
+   use missed_modes, only: unstable_difference, sign_uncertain
    use hidden_openings, only: may_be_open
    use hidden_touches, only: may_touch
    use located_zero, only: zero_t, zero_value, left_of_zero, find_event_gap, between_nodes, located_gap, mode_rounding
@@ -70,7 +70,7 @@ contains
       type(path_tangent_t), intent(in) :: heading     !! path tangent at `state`
       type(error_bars_t), intent(out) :: bars
       logical, intent(in), optional :: places    !! true: errors of touchdown points, too
-      logical, intent(in), optional :: as_it_is  !! true: the mesh will not be refined for kinks inside elements, see why_not_told
+      logical, intent(in), optional :: as_it_is  !! true: the mesh will not be refined for kinks inside elements, see why_no_bars
       type(enriched_path_t) :: path
       type(enriched_point_t) :: point
       type(contributions_t) :: shares
@@ -79,7 +79,7 @@ contains
       real(wp) :: sizes(2)
       logical :: hidden(problem%model%mesh%n_elements)
       integer, allocatable :: ends(:)
-      bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state, as_it_is))
+      bars = no_error_bars(size(problem%model%monitor), why_no_bars(problem, state, as_it_is))
       hidden = may_be_open(problem, state)
       if (any(hidden)) bars%may_change = hidden
       if (bars%why /= '') return
@@ -91,7 +91,7 @@ contains
          & shares, value)
       if (point%ok) bars%missed = unstable_difference(problem, state, system, path, point, 0)
       if (point%ok .and. present(places)) then
-         if (places) bars%unsure = sign_in_doubt(problem, state, system, path, point)
+         if (places) bars%unsure = sign_uncertain(problem, state, system, path, point)
       end if
       call values_beside(path, point)
       if (.not. point%ok) then
@@ -122,7 +122,7 @@ contains
       type(path_tangent_t), intent(in) :: heading     !! path tangent there
       real(wp), intent(in) :: length, rise       !! arc length and load factor change of the increment that contains the event
       type(error_bars_t), intent(out) :: bars
-      logical, intent(in), optional :: as_it_is  !! true: the mesh will not be refined for kinks inside elements, see why_not_told
+      logical, intent(in), optional :: as_it_is  !! true: the mesh will not be refined for kinks inside elements, see why_no_bars
       type(control_t) :: control
       type(enriched_path_t) :: path
       type(enriched_point_t) :: first
@@ -135,7 +135,7 @@ contains
       real(wp) :: reach, local, most, doubt, noise
       integer, allocatable :: ends(:)
       integer :: e
-      bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state, as_it_is, &
+      bars = no_error_bars(size(problem%model%monitor), why_no_bars(problem, state, as_it_is, &
          & located_gap(problem, zero, state)))
       if (bars%why /= '') return
       allocate (modes(size(system%residual), 0))

@@ -17,8 +17,8 @@ module balance
    use conforming_span, only: lying_t, conforming_forces, density_samples, smooth_parts
    use deck_nodes, only: deck_contact_gaps, find_node
    use element_foundation, only: foundation_forces
-   use rod_profile, only: profile_t, new_profile, mend_ends, profile_doubt
-   use ground_segments, only: gap_rounding, gap_uncertainty, segment_stiffness, follows, told_gap
+   use rod_profile, only: profile_t, new_profile, mend_ends, profile_error_bound
+   use ground_segments, only: gap_rounding, gap_uncertainty, segment_stiffness, follows, gap_in_state
    use force_law, only: segment_unknown
    use inner_forces, only: inner_forces_t
    use rod_element, only: rod_element_t
@@ -234,7 +234,7 @@ contains
                   end if
                   ! The doubt matters only where the penetration would be the worst without it.
                   if (-gaps(i) / problem%size <= accuracy%worst(check_penetration)%value) cycle
-                  if (e > 0 .and. gaps(i) < 0.0_wp) gaps(i) = gaps(i) + place_doubt(e, tau, profile)
+                  if (e > 0 .and. gaps(i) < 0.0_wp) gaps(i) = gaps(i) + place_error(e, tau, profile)
                   call note_worst(accuracy, check_penetration, -gaps(i) / problem%size, at, &
                      & node=problem%deck%mesh%node_label(node(i)))
                end do
@@ -262,7 +262,7 @@ contains
       end function least_push
 
       !> Interpolation error of the position between nodes; a penetration within this error is not counted.
-      real(wp) function place_doubt(e, tau, profile) result(doubt)
+      real(wp) function place_error(e, tau, profile) result(doubt)
          integer, intent(in) :: e
          real(wp), intent(in) :: tau
          type(profile_t), intent(inout) :: profile !! that of the last point, with its ends mended; undefined: none
@@ -270,8 +270,8 @@ contains
             profile = new_profile(problem, state, e)
             if (problem%conforms(e) == 0) call mend_ends(problem, state, profile, 2)
          end if
-         doubt = profile_doubt(profile, tau)
-      end function place_doubt
+         doubt = profile_error_bound(profile, tau)
+      end function place_error
 
       !> Adds foundations that act inside elements, from their pressures.
       subroutine add_foundations()
@@ -296,8 +296,8 @@ contains
                if (.not. follows(problem, state, inner%source(q))) push(1) = sum(inner%weight(:inner%n) * &
                   & inner%pressure(:inner%n), mask=inner%source(:inner%n) == inner%source(q))
                if (state%segment(inner%source(q)) /= segment_unknown) push(1) = min(0.0_wp, push(1) + segment_stiffness(problem, &
-                  & inner%source(q), state%segment(inner%source(q))) * gap_uncertainty(told_gap(problem, state, inner%source(q)), &
-                  & rounding))
+                  & inner%source(q), state%segment(inner%source(q))) * gap_uncertainty( &
+                  & gap_in_state(problem, state, inner%source(q)), rounding))
                if (push(1) < least) pulled = e
                least = min(least, push(1))
             end do

@@ -57,7 +57,7 @@ contains
          logical, intent(out) :: takes
          character(:), allocatable :: needs
          takes = .false.
-         if (stands_at_nodes(model, layout, k)) return
+         if (acts_at_nodes(model, layout, k)) return
          needs = span_needs(model, layout, k)
          takes = needs == ''
          if (.not. takes) contact%needs = needs
@@ -82,19 +82,19 @@ contains
    end function covers
 
    !> True if the deck's obstacle, steps or nodes require contact at nodes.
-   pure logical function stands_at_nodes(model, layout, contact) result(stands)
+   pure logical function acts_at_nodes(model, layout, contact) result(at_nodes)
       type(model_t), intent(in) :: model    !! deck's model
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: contact
       integer :: k
       associate (obstacle => model%obstacle(model%contact(contact)%obstacle))
-         stands = .not. obstacle%rigid .or. obstacle%bilateral .or. obstacle%at_nodes .or. obstacle%ground /= ground_independent &
+         at_nodes = .not. obstacle%rigid .or. obstacle%bilateral .or. obstacle%at_nodes .or. obstacle%ground /= ground_independent &
             & .or. .not. any(covers(model, layout, contact))
       end associate
       do k = 1, size(model%step)
-         stands = stands .or. model%step(k)%paper_loop
+         at_nodes = at_nodes .or. model%step(k)%paper_loop
       end do
-   end function stands_at_nodes
+   end function acts_at_nodes
 
    !> Requirements for contact spans that a contact with a rigid obstacle does not meet: rods without shear flexibility, free choice
    !> of the nodes, and no other contact on the same elements that line contacts do not support. '' if all are met.

@@ -98,7 +98,7 @@ contains
             call flip()
             return
          end if
-         more = next_in_doubt(problem, system, wrong, in_doubt, round)
+         more = next_uncertain(problem, system, wrong, in_doubt, round)
          if (size(more) == 0) exit rounds
          if (count(in_doubt) + size(more) > 2 * largest_lcp) then
             if (problem%coupling%n > 0) call flip()
@@ -209,7 +209,7 @@ contains
    end function largest_force
 
    !> Candidates that become uncertain because a gap or reaction, their own or a neighbour's, violates its sign.
-   function next_in_doubt(problem, system, wrong, in_doubt, round) result(more)
+   function next_uncertain(problem, system, wrong, in_doubt, round) result(more)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       logical, intent(in) :: wrong(:), in_doubt(:) !! (candidates) true: its sign is violated; it is in the LCP already
@@ -229,7 +229,7 @@ contains
          if (system%soft(c) .and. .not. system%spring(c) > 0.0_wp) may(c) = .false.
       end do
       more = pack([(c, c=1, size(may))], may)
-   end function next_in_doubt
+   end function next_uncertain
 
    !> Chosen candidates and their neighbours. On coupled ground a change has a long range: the neighbourhood is larger at each
    !> extension of the LCP (`round`).

@@ -64,13 +64,13 @@ contains
       type(deck_source_t), intent(in) :: source !! the text
       class(deck_t), intent(inout) :: deck      !! a new one; receives the cards, and errors about lines that are no cards
       integer :: line, first, commas
-      logical :: astray
+      logical :: misplaced
       deck%source = source
       commas = occurrences(source%text, ',')
       ! No line has more parameters than commas, or more fields than one and its commas.
       allocate (deck%card(occurrences(source%text, '*')), deck%parameter(commas), deck%data_line(source%n_lines), &
          & deck%field(source%n_lines + commas))
-      astray = .false.
+      misplaced = .false.
       line = 0
       do while (line < source%n_lines)
          line = line + 1
@@ -80,10 +80,10 @@ contains
             call split_keyword_line(line, first)
          else if (deck%n_cards > 0) then
             call split_data_line(line)
-         else if (.not. astray) then
+         else if (.not. misplaced) then
             call deck%diagnostics%add(place_t(line, first, line_end(source, line)), &
                'data before the first keyword; a deck begins with a keyword such as *HEADING')
-            astray = .true.
+            misplaced = .true.
          end if
       end do
 

@@ -223,7 +223,7 @@ contains
          else
             reason = distribution_needs()
             contact%distributed = reason == ''
-            if (reason /= '' .and. .not. stands_at_nodes()) contact%needs = reason
+            if (reason /= '' .and. .not. acts_at_nodes()) contact%needs = reason
          end if
          if (contact%along .or. contact%distributed) call check_between()
          if (soil) return
@@ -264,9 +264,9 @@ contains
 
       !> True for a contact with a foundation that the deck requires to act at nodes: coupled ground, or no element with both nodes
       !> in the contact.
-      logical function stands_at_nodes() result(stands)
-         stands = obstacle%ground /= ground_independent .or. .not. any(within_contact())
-      end function stands_at_nodes
+      logical function acts_at_nodes() result(at_nodes)
+         at_nodes = obstacle%ground /= ground_independent .or. .not. any(within_contact())
+      end function acts_at_nodes
 
       !> Condition for reactions inside elements that a contact with a foundation does not meet; '' if its nodes are those of
       !> unbranched chains of GE elements.

@@ -1,6 +1,6 @@
 !> Walls of several obstacles: contacts of a rod with obstacles that join (joined_obstacles), one behind the other along the rod,
-!> become one contact with the whole wall. Contact then passes their joint without a change. Forces are still told of each obstacle:
-!> on the part of the rod that its own *CONTACT names.
+!> become one contact with the whole wall. Contact then passes their joint without a change. Forces are still reported for each
+!> obstacle: on the part of the rod that its own *CONTACT names.
 module wall_pieces
    use kinds, only: wp
    use model, only: model_t, contact_t, contact_part_t
@@ -49,7 +49,7 @@ contains
                may_join = may_join .and. .not. (all(first(node)) .and. all(second(node)))
             end associate
          end do
-         ! What the deck does with one obstacle alone, or tells of it alone, needs contacts of their own.
+         ! An obstacle that the deck moves or reports alone needs contacts of its own.
          do s = 1, size(model%step)
             associate (load => model%step(s)%load, o => [one%obstacle, other%obstacle])
                may_join = may_join .and. .not. (any(abs(load%motion(:, o(1)) - load%motion(:, o(2))) > 0.0_wp) .or. &

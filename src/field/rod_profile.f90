@@ -27,8 +27,8 @@ module rod_profile
    implicit none
    private
    public :: profile_t, new_profile, keep_profile, mend_ends, mend_rotation, mended_by, profile_place, profile_displacement, &
-      & profile_look, mended_displacement, profile_angle, home_angle, profile_rate, profile_error, profile_doubt, mended_error, &
-      & element_place
+      & profile_look, mended_displacement, profile_angle, home_angle, profile_rate, profile_error, profile_error_bound, &
+      & mended_error, element_place
 
    !> Dense output of one element in one state. Coefficients of polynomials are those of tau^0, tau^1, ...
    type :: profile_t
@@ -411,11 +411,11 @@ contains
    end function profile_rate
 
    !> Upper bound of the error of a position: the larger of the Hermite correction and the error after it.
-   pure real(wp) function profile_doubt(profile, tau) result(doubt)
+   pure real(wp) function profile_error_bound(profile, tau) result(doubt)
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
       doubt = max(norm2(mended_by(profile, tau)), profile_error(profile))
-   end function profile_doubt
+   end function profile_error_bound
 
    !> Estimate of the error of a corrected position, the larger of two contributions. Between the nodes the error is the correction
    !> that a third derivative would add. The error of the nodes, O(h^(2 s)), is estimated by the square of the Hermite correction,

@@ -381,7 +381,7 @@ contains
       type(kept_t), intent(inout) :: kept       !! data of the same state
       real(wp), intent(out) :: resultant(3)
       type(ge_data_t) :: element
-      real(wp) :: span(2), told(3)
+      real(wp) :: span(2), on_ground(3)
       if (problem%conforms(e) > 0) then
          call conforming_resultant(problem, state, e, tau, kept%lying, resultant)
          return
@@ -394,8 +394,8 @@ contains
       end associate
       if (.not. problem%ground%founded(e)) return
       ! The moment follows from the displacements, which Newton's method has made more accurate than the stored section forces.
-      told = resultants_on_ground(problem, state, e, tau)
-      resultant(1:2) = told(1:2)
+      on_ground = resultants_on_ground(problem, state, e, tau)
+      resultant(1:2) = on_ground(1:2)
    end subroutine find_resultant
 
    !> Moves nodes along their rod segments, in the geometry only.

@@ -20,7 +20,7 @@ module ground_segments
    implicit none
    private
    public :: has_kinks, follows, tell_segments, settle_found, segments_hold, element_cuts, crosses_at, segment_at
-   public :: segment_stiffness, is_cut, gap_uncertainty, followed_part, stiffest, decay_length, told_gap
+   public :: segment_stiffness, is_cut, gap_uncertainty, followed_part, stiffest, decay_length, gap_in_state
    public :: settled_gap, gap_rounding
 
    real(wp), parameter :: noise = 1.0e3_wp * epsilon(1.0_wp) !! rounding of gaps and residual of Newton's method, relative to the
@@ -96,7 +96,7 @@ contains
    !> Gap on the element after a candidate, with the accuracy of the nodes. If the element is short enough for its foundation, the
    !> gap has the Hermite correction, and is much more accurate than the polynomial in the quadrature of the foundation's forces.
    !> (Rods with shear flexibility have no correction: it would need the foundation's forces at the nodes.)
-   pure function told_gap(problem, state, candidate) result(gap)
+   pure function gap_in_state(problem, state, candidate) result(gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
@@ -107,7 +107,7 @@ contains
             & problem%conforms(e) > 0) return
       end associate
       if (follows(problem, state, candidate)) call mend_ends(problem, state, gap%profile, 3)
-   end function told_gap
+   end function gap_in_state
 
    !> For an element too long for its foundation, the mean gap and the amplitudes of the waves that decay into the element from its
    !> nodes: (A cos b s + B sin b s) / exp(b s) at the distance s from a node, with 4 b^4 = k/EI, the foundation's stiffness k, and
@@ -121,7 +121,7 @@ contains
       type(element_gap_t) :: gap
       real(wp) :: x(2), value, normal(2), bend, theta, rate, slope
       integer :: i, beside
-      gap = told_gap(problem, state, candidate)
+      gap = gap_in_state(problem, state, candidate)
       mean = mean_gap(problem, candidate, gap)
       waves = 0.0_wp
       associate (mesh => problem%model%mesh, e => problem%ground%chain%element(2, candidate))
@@ -239,7 +239,7 @@ contains
             if (problem%ground%chain%contact(c) /= contact) cycle
             segment = state%segment(c)
             if (segment == segment_unknown) segment = segment_of(problem, c, &
-               & gap_value(problem, told_gap(problem, state, c), tau))
+               & gap_value(problem, gap_in_state(problem, state, c), tau))
             stiffness = segment_stiffness(problem, c, segment)
          end associate
       end do
@@ -279,7 +279,7 @@ contains
       n = 0
       allocate (tau(0), level(0))
       if (.not. has_kinks(problem, candidate)) return
-      gap = told_gap(problem, state, candidate)
+      gap = gap_in_state(problem, state, candidate)
       levels = kink_levels(problem, candidate)
       wave = gap_uncertainty(gap, rounding)
       if (present(smallest)) wave = max(wave, smallest)
@@ -324,8 +324,8 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: m
       associate (mark => problem%mark(m))
-         crosses_at = (gap_value(problem, told_gap(problem, state, mark%candidate(1)), 1.0_wp - at_mark) < mark%level) .neqv. &
-            & (gap_value(problem, told_gap(problem, state, mark%candidate(2)), at_mark) < mark%level)
+         crosses_at = (gap_value(problem, gap_in_state(problem, state, mark%candidate(1)), 1.0_wp - at_mark) < mark%level) .neqv. &
+            & (gap_value(problem, gap_in_state(problem, state, mark%candidate(2)), at_mark) < mark%level)
       end associate
    end function crosses_at
 
@@ -418,7 +418,7 @@ contains
          integer :: k, n
          levels = kink_levels(problem, candidate)
          if (present(mark)) levels = [problem%mark(mark)%level]
-         gap = told_gap(problem, state, candidate)
+         gap = gap_in_state(problem, state, candidate)
          kinks = 0
          do k = 1, size(levels)
             call gap_crossings(problem, gap, levels(k), n, place)
@@ -443,7 +443,7 @@ contains
       rounding = gap_rounding(state)
       do c = 1, size(state%segment)
          if (state%segment(c) == segment_unknown) cycle
-         gap = told_gap(problem, state, c)
+         gap = gap_in_state(problem, state, c)
          call segment_range(problem, c, state%segment(c), low, high)
          slack = gap_uncertainty(gap, rounding)
          ! An interface point away from its equilibrium position shifts the gap at its node.

@@ -11,7 +11,7 @@ module inner_kinks
    use gauss_tableau, only: max_stages
    use force_law, only: segment_unknown
    use element_gap, only: element_gap_t, gap_value
-   use ground_segments, only: element_cuts, told_gap, gap_rounding
+   use ground_segments, only: element_cuts, gap_in_state, gap_rounding
    implicit none
    private
    public :: kink_moments, left_of_kink
@@ -40,7 +40,7 @@ contains
             if (problem%model%obstacle(chain%obstacle(c))%along_rod) cycle
             call element_cuts(problem, state, c, rounding, n, tau, level)
             if (n == 0) cycle
-            gap = told_gap(problem, state, c)
+            gap = gap_in_state(problem, state, c)
             associate (e => chain%element(2, c))
                associate (h => state%geometry%element(e)%length)
                   do j = 1, n

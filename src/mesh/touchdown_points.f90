@@ -27,7 +27,7 @@ module touchdown_points
 
    !> Condition at a touchdown point in one state.
    type :: touchdown_t
-      logical :: told = .false.             !! true: the moment locates the point; false: the least gap
+      logical :: by_moment = .false.             !! true: the moment locates the point; false: the least gap
       real(wp) :: error = 0.0_wp            !! residual: the jump of the moment, or the slope of the gap over the extension ratio
       real(wp) :: slope = 0.0_wp            !! its decrease per unit of distance along the rod. Both are 0 for a fixed candidate
    end type touchdown_t
@@ -45,7 +45,7 @@ contains
       do c = 1, problem%candidates%n
          at(c) = touchdown_at(problem, state, c)
          if (.not. problem%candidates%moves(c) .or. problem%candidates%held(c)) cycle
-         moment = max(moment, merge(abs(at(c)%error), abs(state%reaction(c) * quotient(at(c)%error, at(c)%slope)), at(c)%told))
+         moment = max(moment, merge(abs(at(c)%error), abs(state%reaction(c) * quotient(at(c)%error, at(c)%slope)), at(c)%by_moment))
       end do
    end subroutine misfit
 
@@ -54,8 +54,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c              !! candidate
-      at%told = told_by_moment(problem, state, c)
-      call measure_error(problem, state, c, at%told, at%error, at%slope)
+      at%by_moment = located_by_moment(problem, state, c)
+      call measure_error(problem, state, c, at%by_moment, at%error, at%slope)
    end function touchdown_at
 
    !> True for a touchdown point whose position follows from continuity of the moment, false for one that follows from the least
@@ -63,31 +63,31 @@ contains
    !> can be located by either condition: dM = T ds for the moment M, dg' = g'' ds for the slope g' of the gap along the rod s. The
    !> errors of the two positions have the ratio of EI g'' to T L (L: size of the structure), and the more accurate position is
    !> used.
-   logical function told_by_moment(problem, state, c) result(told)
+   logical function located_by_moment(problem, state, c) result(by_moment)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c              !! candidate
       real(wp) :: excess, extension
-      told = problem%candidates%follows(c) .and. problem%candidates%moves(c)
-      if (told .or. .not. problem%candidates%moves(c)) return
+      by_moment = problem%candidates%follows(c) .and. problem%candidates%moves(c)
+      if (by_moment .or. .not. problem%candidates%moves(c)) return
       call excess_curvature(problem, state, c, excess, extension)
       associate (flexibility => problem%compliance(problem%candidates%element(1, c))%bending)
-         told = abs(point_force(problem, state, c)) * flexibility * problem%size >= abs(excess)
+         by_moment = abs(point_force(problem, state, c)) * flexibility * problem%size >= abs(excess)
       end associate
-   end function told_by_moment
+   end function located_by_moment
 
    !> Residual of a touchdown point's condition and its decrease along the rod, as in touchdown_t.
-   subroutine measure_error(problem, state, c, told, error, slope)
+   subroutine measure_error(problem, state, c, by_moment, error, slope)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c              !! candidate
-      logical, intent(in) :: told           !! as in touchdown_t
+      logical, intent(in) :: by_moment           !! as in touchdown_t
       real(wp), intent(out) :: error, slope
       real(wp) :: local(3, 2), extension, sense
       error = 0.0_wp
       slope = 0.0_wp
       if (.not. problem%candidates%moves(c)) return
-      if (told) then
+      if (by_moment) then
          local = forces_beside(problem, state, c)
          error = local(3, 1) - local(3, 2)
          slope = local(2, 1) - local(2, 2)
@@ -285,12 +285,12 @@ contains
       real(wp) :: error, slope, now
       distance = 0.0_wp
       if (problem%candidates%held(c) .or. .not. problem%candidates%moves(c)) return
-      call measure_error(problem, state, c, before%told, error, now)
+      call measure_error(problem, state, c, before%by_moment, error, now)
       slope = before%slope
-      if (before%told .and. abs(now) > abs(slope)) slope = now
+      if (before%by_moment .and. abs(now) > abs(slope)) slope = now
       ! If the obstacle would have to pull at the end of a line contact, the contact must recede. The other direction would lead to
       ! a free span of zero length, a false equilibrium from which no force would lead away.
-      if (before%told .and. problem%candidates%follows(c)) slope = sign(slope, track_sense(problem, state, c, &
+      if (before%by_moment .and. problem%candidates%follows(c)) slope = sign(slope, track_sense(problem, state, c, &
          & node_track(problem, state, c)))
       distance = quotient(error, slope)
    end function touchdown_step

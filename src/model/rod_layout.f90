@@ -155,7 +155,7 @@ contains
                      if (.not. all(covered(e))) then
                         breakpoint(node) = .true.
                      else if (allocated(contact%part)) then
-                        ! Forces are told of each piece of a wall.
+                        ! Forces are reported for each piece of a wall.
                         if (obstacle_of(contact, mesh%node(:, e(1))) /= obstacle_of(contact, mesh%node(:, e(2)))) &
                            & breakpoint(node) = .true.
                      end if

@@ -101,7 +101,7 @@ contains
          number = linearised(problem, state, system, place)
          ! The residual of the touchdown condition left by the iteration does not count in the error bar of the position.
          number%defect = 0.0_wp
-         if (.not. (place%before%told .and. abs(place%before%slope) > 0.0_wp)) return
+         if (.not. (place%before%by_moment .and. abs(place%before%slope) > 0.0_wp)) return
          allocate (number%by_element(6, problem%model%mesh%n_elements), source=0.0_wp)
          if (beside(1) > 0) number%by_element(6, beside(1)) = 1.0_wp / place%before%slope
          if (beside(2) > 0) number%by_element(3, beside(2)) = 1.0_wp / place%before%slope

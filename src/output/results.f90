@@ -42,7 +42,7 @@ module results
       integer :: current = 0                      !! index of the path to which rows are appended
       logical :: has_branches = .false., has_parameters = .false.
       integer :: n_branches = 0                   !! number of branches started so far
-      type(restart_t) :: standing                 !! last checkpoint of the run
+      type(restart_t) :: checkpoint                 !! last checkpoint of the run
       logical :: has_states = .false.             !! true: flushes contain a checkpoint, and wait for the next one, see patience
       type(limit_series_t) :: limit_curves
       integer(i8) :: flushed = 0_i8               !! clock at the last flush
@@ -127,11 +127,11 @@ contains
       type(results_t), intent(inout) :: results
       integer, intent(in), contiguous :: words(:)
       type(error_t), allocatable, intent(out) :: error !! the file could not be written (at this or an earlier call)
-      results%standing%kind = 1
-      call leave_out_zeros(words, results%standing%state)
-      call series_rows(results%set, results%standing%tables, results%standing%rows)
-      results%standing%on_branch = merge(results%n_branches, 0, results%current == 1)
-      results%standing%branches = results%n_branches
+      results%checkpoint%kind = 1
+      call leave_out_zeros(words, results%checkpoint%state)
+      call series_rows(results%set, results%checkpoint%tables, results%checkpoint%rows)
+      results%checkpoint%on_branch = merge(results%n_branches, 0, results%current == 1)
+      results%checkpoint%branches = results%n_branches
       call write_when_due(results, error, .true.)
       call system_clock(results%stated)
    end subroutine results_state
@@ -200,7 +200,7 @@ contains
       call series_write(results%set, results%file, last=.true.)
       call write_performance(results%file)
       call write_accuracy(results%file, accuracy)
-      call write_restart(results%file, results%standing)
+      call write_restart(results%file, results%checkpoint)
       call hdf5_attribute(results%file, '/', 'status', status)
       call hdf5_close(results%file)
       call hdf5_error(results%file, error)
@@ -217,7 +217,7 @@ contains
       if (results%has_states .and. .not. with_state) due = patience * due
       if (now - results%flushed >= due) then
          call series_write(results%set, results%file, last=.false.)
-         call write_restart(results%file, results%standing)
+         call write_restart(results%file, results%checkpoint)
          call hdf5_flush(results%file)
          call system_clock(results%flushed)
          results%last_took = results%flushed - now

@@ -25,7 +25,7 @@ module run_recorder
 
 contains
 
-   !> Records what the path tells.
+   !> Stores a record of the path.
    subroutine take(self, record, error)
       class(run_recorder_t), intent(inout) :: self
       class(record_t), intent(in) :: record

@@ -33,7 +33,7 @@ module path_loop
    use archive, only: archive_t
    use run_archive, only: exchange_problem_t, exchange_path_state_t
    use attempt, only: attempt_t
-   use checkpoint, only: standing_t, on_step, on_branch, on_curve, exchange_step, take_standing, go_on_from_point, &
+   use checkpoint, only: saved_run_t, on_step, on_branch, on_curve, exchange_step, restore_run, go_on_from_point, &
       & change_steps, take_steps, not_again
    use limit_curves, only: follow_limit_curves
    use path_record, only: recorder_t, buckling_t
@@ -45,11 +45,11 @@ module path_loop
 contains
 
    !> Follows all steps of the deck. Returns when the last step is complete, or earlier with the reason in outcome%why.
-   subroutine follow_path(problem, recorder, outcome, standing)
+   subroutine follow_path(problem, recorder, outcome, saved)
       type(problem_t), intent(inout) :: problem
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(out) :: outcome
-      type(standing_t), intent(inout) :: standing !! restart: the checkpoint, or the point where the run continues
+      type(saved_run_t), intent(inout) :: saved !! restart: the checkpoint, or the point where the run continues
       type(path_state_t) :: run
       type(attempt_t) :: attempt
       type(archive_t), target :: frame
@@ -63,7 +63,7 @@ contains
       n_branches = 0
       perfect = problem%deck
       first = 1
-      if (standing%kind > 0) then
+      if (saved%kind > 0) then
          call step_again()
       else
          call prepare_mesh(problem)
@@ -72,9 +72,9 @@ contains
          run%last%system = new_system(problem)
       end if
       steps: do k = first, size(problem%model%step)
-         if (standing%kind > 0) then
+         if (saved%kind > 0) then
             step = problem%model%step(k)
-            if (standing%kind == on_step) call follow_points(problem, step, run, recorder, outcome, attempt, 0)
+            if (saved%kind == on_step) call follow_points(problem, step, run, recorder, outcome, attempt, 0)
             if (allocated(outcome%why)) exit steps
             call finish_step()
             if (allocated(outcome%why)) exit steps
@@ -103,9 +103,9 @@ contains
          kind = on_step
          call set_frame()
          attempt = attempt_t()
-         call follow_points(problem, step, run, recorder, outcome, attempt, standing%pause(0))
-         if (standing%pause(0) > 0 .and. run%points >= standing%from) then
-            call go_on_from_point(standing, problem, run, attempt, outcome)
+         call follow_points(problem, step, run, recorder, outcome, attempt, saved%pause(0))
+         if (saved%pause(0) > 0 .and. run%points >= saved%from) then
+            call go_on_from_point(saved, problem, run, attempt, outcome)
             call renew_steps()
             call set_frame()
             if (.not. (allocated(outcome%why) .or. outcome%ended)) &
@@ -115,7 +115,7 @@ contains
          call finish_step()
          if (allocated(outcome%why)) exit steps
       end do steps
-      if (standing%from > 0 .and. .not. allocated(outcome%why)) outcome%why = not_again
+      if (saved%from > 0 .and. .not. allocated(outcome%why)) outcome%why = not_again
       outcome%sampled = problem%is_sampled()
       outcome%complete = .not. (allocated(outcome%why) .or. allocated(outcome%trouble))
       if (allocated(outcome%trouble)) then
@@ -129,16 +129,16 @@ contains
       !> Follows the branches and limit curves of a step after its path.
       subroutine finish_step()
          type(step_t) :: former                     !! the step up to the point where the run continues
-         if (standing%kind /= on_curve) then
+         if (saved%kind /= on_curve) then
             former = step
-            if (standing%branch > n_branches .and. standing%branch <= n_branches + size(step%branch)) call renew_steps()
+            if (saved%branch > n_branches .and. saved%branch <= n_branches + size(step%branch)) call renew_steps()
             if (size(step%branch) > 0) call set_frame_behind(on_branch)
-            call follow_branches(former, step, found, n_branches, frame, standing, recorder, outcome)
-            standing%kind = 0
+            call follow_branches(former, step, found, n_branches, frame, saved, recorder, outcome)
+            saved%kind = 0
          end if
          if (allocated(outcome%why)) return
          if (size(step%limit_curve) > 0) call set_frame_behind(on_curve)
-         call follow_limit_curves(step, found, frame, standing, recorder, outcome)
+         call follow_limit_curves(step, found, frame, saved, recorder, outcome)
          if (allocated(outcome%why)) return
          call freeze_loads(problem, run%last%state)
       end subroutine finish_step
@@ -147,7 +147,7 @@ contains
       subroutine set_frame()
          kind = on_step
          frame = archive_t()
-         if (standing%from > 0) return
+         if (saved%from > 0) return
          call exchange_step(frame, kind, problem%step, n_branches, perfect, buckled)
          run%frame => frame
       end subroutine set_frame
@@ -157,7 +157,7 @@ contains
          integer, intent(in) :: on
          kind = on
          frame = archive_t()
-         if (on == on_curve .and. standing%from > 0) return
+         if (on == on_curve .and. saved%from > 0) return
          call exchange_step(frame, kind, problem%step, n_branches, perfect, buckled)
          call exchange_problem_t(frame, problem)
          call exchange_path_state_t(frame, run)
@@ -165,24 +165,24 @@ contains
 
       !> Restores the run from the checkpoint.
       subroutine step_again()
-         call exchange_step(standing%archive, kind, first, n_branches, perfect, buckled)
-         standing%kind = kind
+         call exchange_step(saved%archive, kind, first, n_branches, perfect, buckled)
+         saved%kind = kind
          run%critical_points => found
          run%home => found
-         if (standing%kind == on_step) then
-            call take_standing(standing, problem, run, attempt, outcome)
+         if (saved%kind == on_step) then
+            call restore_run(saved, problem, run, attempt, outcome)
          else
-            call exchange_problem_t(standing%archive, problem)
-            call exchange_path_state_t(standing%archive, run)
+            call exchange_problem_t(saved%archive, problem)
+            call exchange_path_state_t(saved%archive, run)
          end if
          call renew_steps()
-         if (standing%kind == on_step) call set_frame()
+         if (saved%kind == on_step) call set_frame()
       end subroutine step_again
 
       !> Replaces the steps by those of the changed deck.
       subroutine renew_steps()
-         if (standing%changed) call change_steps(standing%steps, problem)
-         if (standing%changed) call take_steps(standing%steps, perfect%step)
+         if (saved%changed) call change_steps(saved%steps, problem)
+         if (saved%changed) call take_steps(saved%steps, perfect%step)
          step = problem%model%step(problem%step)
       end subroutine renew_steps
    end subroutine follow_path

@@ -10,7 +10,7 @@ module ground_regions
    use rod_layout, only: segment_element
    use element_foundation, only: foundation_forces
    use rod_profile, only: profile_place, profile_angle
-   use ground_segments, only: told_gap
+   use ground_segments, only: gap_in_state
    use element_gap, only: element_gap_t, gap_root_t, gap_parts, gap_value, gap_extreme, root_factor, is_at, &
       & most_parts, most_samples
    use reference_curve, only: curve_length
@@ -54,7 +54,7 @@ contains
                open_end = .false.
             end if
             h = state%geometry%element(e)%length
-            gap = told_gap(problem, state, c)
+            gap = gap_in_state(problem, state, c)
             call gap_parts(problem, gap, n, part)
             if (n == 0) open_end = .false.
             do i = 1, n
@@ -143,7 +143,7 @@ contains
             there = root
             there%at = (root%at - chain_place(problem, state, c)) / h
             there%scale = root%scale / h
-            call gap_extreme(problem, told_gap(problem, state, c), .false., range(1), range(2), value, tau, there)
+            call gap_extreme(problem, gap_in_state(problem, state, c), .false., range(1), range(2), value, tau, there)
             if (value >= least) cycle
             least = value
             candidate = c
@@ -176,7 +176,7 @@ contains
       do round = 0, rounds(problem, contact)
          do c = 1, problem%ground%chain%n
             if (.not. part_of_range(problem, state, contact, c, round, from, to, range)) cycle
-            between = told_gap(problem, state, c)
+            between = gap_in_state(problem, state, c)
             associate (last => between%samples)
                do i = 0, last
                   at(i) = range(1) + (range(2) - range(1)) * i / last

@@ -14,7 +14,7 @@ module span_regions
    use error_bar, only: error_bars_t, new_error_bar
    implicit none
    private
-   public :: find_span_regions, beginning_region, chain_coordinate, lengths_before, tell_places
+   public :: find_span_regions, beginning_region, chain_coordinate, lengths_before, assign_place_bars
 
 contains
 
@@ -116,7 +116,7 @@ contains
    end function find_span_regions
 
    !> Assigns the error bars of touchdown points to the ends of their regions.
-   subroutine tell_places(bars, regions)
+   subroutine assign_place_bars(bars, regions)
       type(error_bars_t), intent(in) :: bars
       type(region_t), intent(inout) :: regions(:)
       real(wp) :: at(2)
@@ -151,7 +151,7 @@ contains
          integer :: i
          is_known = any([(any(regions(i)%contact_span == contact_span), i=1, size(regions))])
       end function is_known
-   end subroutine tell_places
+   end subroutine assign_place_bars
 
    !> Region of a point contact that just begins: gap zero, force zero.
    type(region_t) function beginning_region(problem, state, contact, rod_segment, at) result(region)

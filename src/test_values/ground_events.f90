@@ -48,8 +48,8 @@ contains
             ends = [-closed, 2.0_wp * closed]
          end if
          call match(a, b, reach, partner_a, partner_b)
-         call tell(contact, a, b, partner_b, reach, closed, ends, 'C+', 'C-', events)
-         call tell(contact, b, a, partner_a, reach, closed, ends, 'C-', 'C+', events)
+         call append_unmatched(contact, a, b, partner_b, reach, closed, ends, 'C+', 'C-', events)
+         call append_unmatched(contact, b, a, partner_a, reach, closed, ends, 'C-', 'C+', events)
       end do
    end subroutine find_ground_events
 
@@ -164,7 +164,7 @@ contains
 
    !> Appends the events of those regions of `there` that have no partner in `other`: new regions, or parts of a region that is
    !> undivided in `other`. A region around a whole closed chain can open without division into two.
-   subroutine tell(contact, other, there, partner, reach, closed, ends, new, divided, events)
+   subroutine append_unmatched(contact, other, there, partner, reach, closed, ends, new, divided, events)
       integer, intent(in) :: contact
       type(region_t), intent(in) :: other(:), there(:)
       integer, intent(in) :: partner(:)        !! partner of each region of `there`; 0: none
@@ -236,7 +236,7 @@ contains
          if (free_to >= after) free_to = 0.5_wp * (region%end + after)
          if (closed > 0.0_wp) free_to = min(free_to, 0.5_wp * (region%start + region%end + closed))
       end function free_to
-   end subroutine tell
+   end subroutine append_unmatched
 
    !> Length common to two regions; negative if they do not overlap.
    pure real(wp) function overlap_length(a, b)

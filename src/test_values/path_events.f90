@@ -56,8 +56,8 @@ module path_events
       logical :: meets = .false. !! limit point that is a bifurcation: the path meets the one that it leaves on its other side
       logical :: jumps = .false. !! bifurcation: the eigenvalue jumps through zero because a line contact becomes a point contact
       logical :: held = .false.               !! value events: the value was prescribed in the correction and is met to rounding
-      logical :: load_tells = .false. !! the load rate is almost constant over the increment, so that the load can measure fractions
-      !! of it
+      logical :: steady_load = .false.        !! the load rate is almost constant over the increment, so that the load can measure
+      !! fractions of it
       real(wp) :: scale = 1.0_wp              !! reference value of the event function for the tolerance of its zero
       real(wp) :: before = 0.0_wp, after = 0.0_wp !! event function at both ends of the increment
       character(:), allocatable :: note
@@ -141,7 +141,7 @@ contains
          & (after%load_factor - before%load_factor) * before%load_rate > 0.0_wp .and. &
          & min(abs(before%load_rate), abs(after%load_rate)) > 0.3_wp * max(abs(before%load_rate), abs(after%load_rate))
       do i = 1, size(events)
-         events(i)%load_tells = steady
+         events(i)%steady_load = steady
          events(i)%pivots = after%negative_pivots
          events(i)%before = event_value(problem, events(i), from, before)
          events(i)%after = event_value(problem, events(i), to, after)

@@ -9,7 +9,7 @@ module branches
    use path_control, only: is_arc_length
    use archive, only: archive_t, archive_reset
    use attempt, only: attempt_t
-   use checkpoint, only: standing_t, on_branch, exchange_branch, take_standing, go_on_from_point, change_steps
+   use checkpoint, only: saved_run_t, on_branch, exchange_branch, restore_run, go_on_from_point, change_steps
    use path_state, only: path_state_t
    use critical_points, only: critical_points_t
    use point_recording, only: record
@@ -28,14 +28,14 @@ module branches
 contains
 
    !> Follows all branches of a step. Failures are appended to outcome%trouble, and the other branches are still followed.
-   subroutine follow_branches(former, step, own, numbered, before, standing, recorder, outcome)
+   subroutine follow_branches(former, step, own, numbered, before, saved, recorder, outcome)
       type(step_t), intent(in) :: former             !! the step up to the point where the run continues
       type(step_t), intent(in) :: step
       type(critical_points_t), intent(inout), target :: own !! critical points of the step's own path
       integer, intent(inout) :: numbered             !! number of branches in the results so far
       type(archive_t), intent(inout), target :: before  !! frame of the checkpoints (module checkpoint) with the results of the
       !! step's path, with which the frame of each branch begins
-      type(standing_t), intent(inout) :: standing    !! restart; on_branch: continues a branch
+      type(saved_run_t), intent(inout) :: saved    !! restart; on_branch: continues a branch
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome      !! why: only if the results cannot be written or the run must end
       type(critical_points_t), target :: found(size(step%branch))
@@ -48,8 +48,8 @@ contains
       first_branch = 1
       words = before%n
       number_in_file = 0
-      if (standing%kind == on_branch) then
-         call exchange_branch(standing%archive, first_branch, first, own, found)
+      if (saved%kind == on_branch) then
+         call exchange_branch(saved%archive, first_branch, first, own, found)
          number_in_file(1:) = [(first + b, b=1, size(step%branch))]
       end if
       do b = first_branch, size(step%branch)
@@ -63,12 +63,12 @@ contains
          this = b
          call archive_reset(before, words)
          call exchange_branch(before, this, first, own, found)
-         if (standing%from > 0) then
-            call follow_branch(former, b, left, start, numbered, before, standing, found(b), recorder, outcome)
+         if (saved%from > 0) then
+            call follow_branch(former, b, left, start, numbered, before, saved, found(b), recorder, outcome)
          else
-            call follow_branch(step, b, left, start, numbered, before, standing, found(b), recorder, outcome)
+            call follow_branch(step, b, left, start, numbered, before, saved, found(b), recorder, outcome)
          end if
-         standing%kind = 0
+         saved%kind = 0
          if (allocated(outcome%why)) return
       end do
       if (size(step%branch) == 0) return
@@ -78,14 +78,14 @@ contains
    end subroutine follow_branches
 
    !> Follows one branch.
-   subroutine follow_branch(step, b, home, start, number, frame, standing, found, recorder, outcome)
+   subroutine follow_branch(step, b, home, start, number, frame, saved, found, recorder, outcome)
       type(step_t), intent(in) :: step
       integer, intent(in) :: b                       !! index of the branch in the step
       type(critical_points_t), intent(in), target :: home  !! critical points of the parent path
       type(branch_start_t), intent(inout) :: start
       integer, intent(in) :: number                  !! number of the branch in the results
       type(archive_t), intent(inout), target :: frame
-      type(standing_t), intent(inout) :: standing    !! restart; on_branch: continues this branch
+      type(saved_run_t), intent(inout) :: saved    !! restart; on_branch: continues this branch
       type(critical_points_t), intent(inout), target :: found !! critical points of the branch
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
@@ -104,9 +104,9 @@ contains
       branch = step%branch(b)
       called = 'branch '//trim(branch%name)//trim(merge(' (plus) ', ' (minus)', branch%side > 0))
       as_branch = followed_as_branch(step, b)
-      if (standing%kind == on_branch) then
+      if (saved%kind == on_branch) then
          run%critical_points => found
-         call take_standing(standing, problem, run, attempt, outcome)
+         call restore_run(saved, problem, run, attempt, outcome)
          run%home => home
          run%frame => frame
          call follow_points(problem, as_branch, run, recorder, outcome, attempt, 0)
@@ -142,7 +142,7 @@ contains
          return
       end if
       call copy_problem(home%list(at)%problem, problem)
-      if (standing%renews()) call change_steps(standing%steps, problem)
+      if (saved%renews()) call change_steps(saved%steps, problem)
       start%branch = number
       start%name = branch%name
       start%step = problem%step
@@ -156,7 +156,7 @@ contains
          return
       end if
 
-      if (standing%from == 0) run%frame => frame
+      if (saved%from == 0) run%frame => frame
       run%branch = number
       run%critical_points => found
       if (size(problem%contact_span) > 0) run%spans_begun = maxval(problem%contact_span%number)
@@ -187,9 +187,9 @@ contains
       call note_end()
       if (allocated(outcome%why) .or. outcome%wrong) return
       run%step_points = 1
-      call follow_points(problem, as_branch, run, recorder, outcome, attempt, standing%pause(number))
-      if (standing%pause(number) > 0 .and. run%points >= standing%from) then
-         call go_on_from_point(standing, problem, run, attempt, outcome)
+      call follow_points(problem, as_branch, run, recorder, outcome, attempt, saved%pause(number))
+      if (saved%pause(number) > 0 .and. run%points >= saved%from) then
+         call go_on_from_point(saved, problem, run, attempt, outcome)
          run%frame => frame
          as_branch = followed_as_branch(problem%model%step(problem%step), b)
          if (.not. (allocated(outcome%why) .or. outcome%ended)) &

@@ -38,7 +38,7 @@ contains
       type(located_event_t), intent(inout) :: located_event !! its event is given on entry
       type(division_t) :: division
       real(wp) :: before
-      division = new_division(problem, run, trial, located_event%event%load_tells)
+      division = new_division(problem, run, trial, located_event%event%steady_load)
       located_event%point = trial
       located_event%fraction = 1.0_wp
       if (passed_by_mesh(run, located_event%event)) then
@@ -179,7 +179,7 @@ contains
       found%event%before = event_value(problem, found%event, behind%last%state, behind%last%test_values)
       if (.not. found%event%before * found%event%after < 0.0_wp) return
       behind%control%increment = -fraction * run%control%increment
-      part = new_division(problem, behind, run%last, found%event%load_tells)
+      part = new_division(problem, behind, run%last, found%event%steady_load)
       found%point = run%last
       call bracket_zero(problem, step, behind, run%last, part, found)
       if (.not. found%located) return

@@ -21,38 +21,38 @@ contains
    !> - limit points beside a contact change that were not located.
    !> If the contact set is unchanged up to the trial, the pivot count has no jumps: a change without a located bifurcation then
    !> means that the trial is on another path.
-   function duplicates_of(run, trial, changes, seen) result(told)
+   function duplicates_of(run, trial, changes, seen) result(duplicate)
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
       logical, intent(in) :: changes             !! the contact set will change at the trial
       type(located_event_t), intent(in) :: seen(:)
-      logical :: told(size(seen))
-      logical :: set_changes, jumps, contact_located, limit_told
+      logical :: duplicate(size(seen))
+      logical :: set_changes, jumps, contact_located, limit_counted
       integer :: i, k
       jumps = any(run%last%state%active .neqv. trial%state%active) .or. any(seen%event%kind == event_contact)
       set_changes = changes .or. jumps
       contact_located = changes .or. any(seen%event%kind == event_contact .and. seen%located)
-      limit_told = .false.
-      told = .false.
+      limit_counted = .false.
+      duplicate = .false.
       do i = 1, size(seen)
-         if (seen(i)%event%kind == event_limit .and. .not. seen(i)%located) told(i) = contact_located
+         if (seen(i)%event%kind == event_limit .and. .not. seen(i)%located) duplicate(i) = contact_located
          if (seen(i)%event%kind /= event_bifurcation) cycle
          if (seen(i)%later) then
-            told(i) = .true.
+            duplicate(i) = .true.
          else if (.not. seen(i)%located) then
-            told(i) = jumps
+            duplicate(i) = jumps
          else
             ! The force of a contact that begins or ends is zero there, and the inertia is undefined.
-            told(i) = (run%on_bifurcation .or. set_changes) .and. seen(i)%fraction <= same_place
-            told(i) = told(i) .or. (set_changes .and. seen(i)%fraction >= 1.0_wp - same_place)
+            duplicate(i) = (run%on_bifurcation .or. set_changes) .and. seen(i)%fraction <= same_place
+            duplicate(i) = duplicate(i) .or. (set_changes .and. seen(i)%fraction >= 1.0_wp - same_place)
             do k = 1, size(seen)
-               if (k == i .or. told(i) .or. .not. seen(k)%located) cycle
+               if (k == i .or. duplicate(i) .or. .not. seen(k)%located) cycle
                if (abs(seen(k)%fraction - seen(i)%fraction) > same_place) cycle
-               if (seen(k)%event%kind == event_limit .and. .not. limit_told) then
-                  told(i) = .true.
-                  limit_told = .true.
+               if (seen(k)%event%kind == event_limit .and. .not. limit_counted) then
+                  duplicate(i) = .true.
+                  limit_counted = .true.
                else if (seen(k)%event%kind == event_bifurcation .and. k < i) then
-                  told(i) = .not. told(k)
+                  duplicate(i) = .not. duplicate(k)
                end if
             end do
          end if
@@ -94,16 +94,16 @@ contains
 
    !> Number of negative pivots just before a position in the increment. At an event itself an eigenvalue may be zero, so that the
    !> signs of the pivots are rounding.
-   pure integer function count_before(run, seen, told, fraction) result(pivots)
+   pure integer function count_before(run, seen, duplicate, fraction) result(pivots)
       type(path_state_t), intent(in) :: run
       type(located_event_t), intent(in) :: seen(:)
-      logical, intent(in) :: told(:)             !! (seen) from duplicates_of
+      logical, intent(in) :: duplicate(:)             !! (seen) from duplicates_of
       real(wp), intent(in) :: fraction           !! position in the increment, 0 to 1
       integer :: i
       pivots = run%last%test_values%negative_pivots
       do i = 1, size(seen)
          if (seen(i)%event%kind /= event_bifurcation .or. .not. seen(i)%located) cycle
-         if (told(i) .and. seen(i)%fraction <= same_place) cycle
+         if (duplicate(i) .and. seen(i)%fraction <= same_place) cycle
          if (seen(i)%fraction < fraction - same_place) pivots = pivots + nint(sign(1.0_wp, seen(i)%event%before))
       end do
    end function count_before

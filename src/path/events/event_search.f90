@@ -18,7 +18,7 @@ module event_search
    !> Results of the search for events, before anything is recorded.
    type :: findings_t
       type(located_event_t), allocatable :: seen(:)
-      logical :: comes_home = .false.          !! the last event is a branch closure: the branch returns to its parent path
+      logical :: closes_branch = .false.          !! the last event is a branch closure: the branch returns to its parent path
       logical, allocatable :: duplicate(:)     !! (seen) true: duplicate of another event, or spurious; not reported
       integer, allocatable :: beside(:) !! (seen) limit point at a corner: index of the contact change there; 0: none
       logical :: stops = .false.               !! the trial meets the stop condition
@@ -44,10 +44,10 @@ contains
       call detect_events(problem, step, run%last%test_values, trial%test_values, run%last%state, trial%state, events)
       call tell_meetings(problem, run, trial, events)
       call check_parent_path(problem, run, trial, events, home)
-      findings%comes_home = allocated(home)
+      findings%closes_branch = allocated(home)
       allocate (findings%seen(0))
       call look(problem, step, run, trial, events, findings%seen)
-      if (findings%comes_home) findings%seen = [findings%seen, home]
+      if (findings%closes_branch) findings%seen = [findings%seen, home]
       if (size(step%stop) > 0 .or. size(step%locate) > 0) call find_hidden_values(problem, step, run, trial, findings)
    end subroutine find_events
 
@@ -122,7 +122,7 @@ contains
       do i = 1, size(findings%seen)
          if (findings%seen(i)%event%kind == event_limit .and. findings%seen(i)%located) limit = i
       end do
-      if (limit == 0 .and. findings%comes_home) limit = size(findings%seen)
+      if (limit == 0 .and. findings%closes_branch) limit = size(findings%seen)
    end function limit_among
 
    !> Locates the given events between the last point of a path state and a later point, and appends them to the events found

@@ -40,12 +40,12 @@ contains
       type(division_t), intent(inout) :: division
       type(located_event_t), intent(inout) :: located_event !! sets located, point, fraction, and the scale of its event
       type(zero_search_t) :: search
-      logical :: told, found
+      logical :: decided, found
       located_event%located = .false.
       search%bracket = new_bracket(located_event%event%before, located_event%event%after)
       if (located_event%event%kind == event_bifurcation) then
-         call bracket_eigenvalue(problem, step, run, trial, search%bracket, located_event, told)
-         if (told) return
+         call bracket_eigenvalue(problem, step, run, trial, search%bracket, located_event, decided)
+         if (decided) return
       end if
       located_event%event%scale = search%bracket%scale
       ! A contact change at nodes may make the function jump, so that no zero can be interpolated. Foundations that act along
@@ -78,21 +78,21 @@ contains
    end subroutine locate_smooth
 
    !> Computes the event's eigenvalue at both ends of the increment, and places the event at the last point if it vanishes there.
-   subroutine bracket_eigenvalue(problem, step, run, trial, bracket, located_event, told)
+   subroutine bracket_eigenvalue(problem, step, run, trial, bracket, located_event, decided)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
       type(bracket_t), intent(out) :: bracket
       type(located_event_t), intent(inout) :: located_event
-      logical, intent(out) :: told               !! true: decided at the ends; no zero is searched inside the increment
+      logical, intent(out) :: decided               !! true: decided at the ends; no zero is searched inside the increment
       real(wp) :: f
       f = zero_eigenvalue(problem, located_event%event, trial)
       bracket = new_bracket(zero_eigenvalue(problem, located_event%event, run%last), f)
       located_event%event%scale = bracket%scale
       located_event%later = bracket%f_low * f > 0.0_wp .and. located_event%event%before * f > 0.0_wp
-      told = located_event%later .or. bracket%f_low * located_event%event%before <= 0.0_wp
-      if (located_event%later .or. .not. told) return
+      decided = located_event%later .or. bracket%f_low * located_event%event%before <= 0.0_wp
+      if (located_event%later .or. .not. decided) return
       ! The eigenvalue vanishes close to the last point, whose pivots have signs due to rounding.
       call take_beginning(step, run, located_event)
       located_event%located = located_event%located .or. abs(bracket%f_low) <= sqrt(step%locate_tolerance) * bracket%scale

@@ -33,7 +33,7 @@ contains
       type(path_point_t), intent(in) :: trial
       type(findings_t), intent(in) :: findings
       integer :: i
-      better = .not. findings%comes_home .and. one_sided(run, trial, findings%seen)
+      better = .not. findings%closes_branch .and. one_sided(run, trial, findings%seen)
       do i = 1, size(findings%seen)
          if (better) return
          associate (located_event => findings%seen(i))

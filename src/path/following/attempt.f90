@@ -24,7 +24,7 @@ module attempt
       type(request_t) :: request                 !! requirements of the trial before the path can continue
       type(relation_t) :: relation               !! relation of the point and the trial
       type(corner_t) :: corner                   !! corner of the path between the point and the trial
-      logical :: astray = .false.                !! the trial is in equilibrium, but not on the path ahead of the point
+      logical :: off_path = .false.                !! the trial is in equilibrium, but not on the path ahead of the point
       logical :: begins = .false.                !! contact spans begin with this increment
       logical :: has_trial = .false.             !! the next trial is in equilibrium already, on another mesh
       logical :: finished = .false.              !! the step ended within the increment
@@ -57,7 +57,7 @@ contains
    !> True if the increment ends in equilibrium on the path ahead of the point.
    pure logical function leads_on(attempt)
       type(attempt_t), intent(in) :: attempt
-      leads_on = attempt%report%converged .and. .not. attempt%astray
+      leads_on = attempt%report%converged .and. .not. attempt%off_path
    end function leads_on
 
    !> Records whether the contact set was changed at the point while the trial was examined.

@@ -22,7 +22,7 @@ module checkpoint
    use path_record, only: recorder_t, buckling_t
    implicit none
    private
-   public :: standing_t, on_step, on_branch, on_curve, exchange_step, exchange_branch, keep_standing, take_standing, clear_end
+   public :: saved_run_t, on_step, on_branch, on_curve, exchange_step, exchange_branch, save_run, restore_run, clear_end
    public :: change_steps, take_steps, go_on_from_point, not_again
 
    integer, parameter :: on_step = 1, on_branch = 2, on_curve = 3 !! kinds of path
@@ -30,7 +30,7 @@ module checkpoint
       & 'another program, another machine, or pieces with several decks made it'
 
    !> A restart: a checkpoint that is read part by part, or a run that is repeated up to a point.
-   type :: standing_t
+   type :: saved_run_t
       type(archive_t) :: archive
       integer :: kind = 0                        !! on_step, on_branch, on_curve; 0: no checkpoint
       logical :: changed = .false.               !! the deck has changed: a path that was complete continues, too
@@ -42,21 +42,21 @@ module checkpoint
    contains
       procedure :: pause
       procedure :: renews
-   end type standing_t
+   end type saved_run_t
 
 contains
 
    !> Row at which a path must pause, because other steps continue the run from there; 0: none.
-   pure integer function pause(standing, branch)
-      class(standing_t), intent(in) :: standing
+   pure integer function pause(saved, branch)
+      class(saved_run_t), intent(in) :: saved
       integer, intent(in) :: branch              !! number of the path's branch; 0: the path of the steps
-      pause = merge(standing%from, 0, branch == standing%branch)
+      pause = merge(saved%from, 0, branch == saved%branch)
    end function pause
 
    !> True if paths that begin now use the steps of the changed deck.
-   pure logical function renews(standing)
-      class(standing_t), intent(in) :: standing
-      renews = standing%changed .and. standing%from == 0
+   pure logical function renews(saved)
+      class(saved_run_t), intent(in) :: saved
+      renews = saved%changed .and. saved%from == 0
    end function renews
 
    !> Stores or reads the frame of the path of a step, the first part of the checkpoint.
@@ -94,7 +94,7 @@ contains
    end subroutine exchange_branch
 
    !> Stores a checkpoint and passes it to the recorder, if the recorder requests one.
-   subroutine keep_standing(problem, run, attempt, recorder, outcome, now)
+   subroutine save_run(problem, run, attempt, recorder, outcome, now)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
       type(attempt_t), intent(inout) :: attempt
@@ -110,19 +110,19 @@ contains
       call recorder%state(run%frame%words(:run%frame%n), error)
       call archive_reset(run%frame, n)
       if (allocated(error) .and. .not. allocated(outcome%why)) outcome%why = error%message
-   end subroutine keep_standing
+   end subroutine save_run
 
    !> Restores the run from a checkpoint; run%critical_points must be associated. The reasons why the run ended are cleared.
-   subroutine take_standing(standing, problem, run, attempt, outcome)
-      type(standing_t), intent(inout) :: standing
+   subroutine restore_run(saved, problem, run, attempt, outcome)
+      type(saved_run_t), intent(inout) :: saved
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
       type(attempt_t), intent(out) :: attempt
       type(outcome_t), intent(inout) :: outcome
-      call exchange_path(standing%archive, problem, run, attempt, outcome)
+      call exchange_path(saved%archive, problem, run, attempt, outcome)
       call clear_end(outcome)
-      if (standing%changed) call change_path(standing, problem, run, attempt)
-   end subroutine take_standing
+      if (saved%changed) call change_path(saved, problem, run, attempt)
+   end subroutine restore_run
 
    !> Clears the reasons why a run ended, before it is continued.
    subroutine clear_end(outcome)
@@ -137,31 +137,31 @@ contains
    end subroutine clear_end
 
    !> Continues with the steps of the changed deck from the last repeated point.
-   subroutine go_on_from_point(standing, problem, run, attempt, outcome)
-      type(standing_t), intent(inout) :: standing
+   subroutine go_on_from_point(saved, problem, run, attempt, outcome)
+      type(saved_run_t), intent(inout) :: saved
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
       type(attempt_t), intent(inout) :: attempt
       type(outcome_t), intent(inout) :: outcome  !! why: the run does not find the points in the file
       logical :: again
-      again = run%points <= size(standing%load_factor)
-      if (again) again = .not. abs(run%recorded_load - standing%load_factor(run%points)) > 0.0_wp
-      standing%from = 0
+      again = run%points <= size(saved%load_factor)
+      if (again) again = .not. abs(run%recorded_load - saved%load_factor(run%points)) > 0.0_wp
+      saved%from = 0
       if (outcome%ended) return
       call clear_end(outcome)
       if (.not. again) outcome%why = not_again
-      if (standing%changed) call change_path(standing, problem, run, attempt)
+      if (saved%changed) call change_path(saved, problem, run, attempt)
    end subroutine go_on_from_point
 
    !> Continues a path from its last accepted point with the steps of the changed deck.
-   subroutine change_path(standing, problem, run, attempt)
-      type(standing_t), intent(in) :: standing
+   subroutine change_path(saved, problem, run, attempt)
+      type(saved_run_t), intent(in) :: saved
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
       type(attempt_t), intent(inout) :: attempt
       integer :: method
       method = problem%model%step(problem%step)%method
-      call change_steps(standing%steps, problem)
+      call change_steps(saved%steps, problem)
       attempt%finished = .false.
       associate (step => problem%model%step(problem%step))
          if (step%method == method) return

@@ -16,7 +16,7 @@ module increment_trials
 
 contains
 
-   !> Makes the increment of the control, unless its trial exists already, and sets attempt%astray if the trial is not on the path
+   !> Makes the increment of the control, unless its trial exists already, and sets attempt%off_path if the trial is not on the path
    !> ahead of the last accepted point.
    subroutine try_increment(problem, step, run, attempt)
       type(problem_t), intent(inout) :: problem  !! changes its mesh if contact spans begin or the start is stiff
@@ -25,7 +25,7 @@ contains
       type(attempt_t), intent(inout) :: attempt
       attempt%begins = .false.
       if (attempt%has_trial) then
-         call look_astray(problem, step, run, attempt)
+         call check_continuity(problem, step, run, attempt)
       else if (problem%is_sampled()) then
          call begin_with_spans(problem, step, run, attempt)
       else
@@ -34,7 +34,7 @@ contains
          else
             call advance(problem, run%last, run%control, attempt%trial, attempt%report)
          end if
-         call look_astray(problem, step, run, attempt)
+         call check_continuity(problem, step, run, attempt)
       end if
       attempt%has_trial = .false.
    end subroutine try_increment
@@ -52,21 +52,21 @@ contains
       call copy_path_state(run, unbegun)
       call begin_spans(problem, run, attempt%trial, attempt%report)
       attempt%begins = attempt%report%converged
-      call look_astray(problem, step, run, attempt)
-      if (.not. attempt%astray) return
+      call check_continuity(problem, step, run, attempt)
+      if (.not. attempt%off_path) return
       call copy_problem(sampled, problem)
       call copy_path_state(unbegun, run)
    end subroutine begin_with_spans
 
-   !> Determines the path tangent at the trial, and sets attempt%astray if the trial lies on another path or the increment went
+   !> Determines the path tangent at the trial, and sets attempt%off_path if the trial lies on another path or the increment went
    !> backwards.
-   subroutine look_astray(problem, step, run, attempt)
+   subroutine check_continuity(problem, step, run, attempt)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(attempt_t), intent(inout) :: attempt
       type(relation_t) :: before
-      attempt%astray = .false.
+      attempt%off_path = .false.
       if (attempt%cuts == 0) then
          attempt%relation%comparable = .false.
          attempt%corner = corner_t()
@@ -76,26 +76,26 @@ contains
       before = attempt%relation
       attempt%relation = relate(problem, run%last%state, attempt%trial%state, run%last%tangent, &
          & attempt%trial%tangent, run%fresh)
-      attempt%astray = .not. same_path(attempt%relation)
+      attempt%off_path = .not. same_path(attempt%relation)
       ! With contact spans a corner of the path is a located contact change, and the path tangent is the one behind the change.
-      if (attempt%astray .and. .not. problem%has_spans()) then
+      if (attempt%off_path .and. .not. problem%has_spans()) then
          call look_for_corner(problem, run, attempt%trial, attempt%corner)
-         attempt%astray = .not. (around_corner(before, attempt) .or. is_near(problem, step, run, attempt%corner))
+         attempt%off_path = .not. (around_corner(before, attempt) .or. is_near(problem, step, run, attempt%corner))
       else
          attempt%corner = corner_t()
       end if
       ! After a contact change at the last accepted point the length of the increment is not checked.
-      if (.not. attempt%changed) attempt%astray = attempt%astray .or. too_far(problem, run%control, attempt%relation)
-      if (attempt%astray) then
+      if (.not. attempt%changed) attempt%off_path = attempt%off_path .or. too_far(problem, run%control, attempt%relation)
+      if (attempt%off_path) then
          attempt%report%message = 'what equilibrium there is ahead lies on another path, or behind a loop of this one'
       else
-         attempt%astray = turned_back(problem, run, attempt%trial)
-         if (attempt%astray) attempt%report%message = 'the path turns round and leads back over the points that it has passed'
+         attempt%off_path = turned_back(problem, run, attempt%trial)
+         if (attempt%off_path) attempt%report%message = 'the path turns round and leads back over the points that it has passed'
       end if
       ! A trial transferred from another mesh has been compared with the path there and stays accepted: the last point may not be in
       ! equilibrium on the new mesh, so that a comparison here may fail.
-      if (attempt%has_trial .and. .not. turned_over(attempt%relation)) attempt%astray = .false.
-   end subroutine look_astray
+      if (attempt%has_trial .and. .not. turned_over(attempt%relation)) attempt%off_path = .false.
+   end subroutine check_continuity
 
    !> True if the trial lies behind a corner of the path that failed longer increments have shown.
    pure logical function around_corner(before, attempt) result(around)

@@ -16,7 +16,7 @@ module path_follower
    use step_control, only: begin_arc_length, go_by_load, may_rest, next_increment, shorten_to_stop
    use attempt, only: attempt_t, start_from, leads_on, note_change, ended
    use increment_trials, only: try_increment
-   use checkpoint, only: keep_standing
+   use checkpoint, only: save_run
    use step_recovery, only: try_recovery
    use increment_retries, only: retry_refined, retry_by_nodes, retry_shorter
    use path_acceptance, only: arrival_t, accept
@@ -49,7 +49,7 @@ contains
          if (pause > 0 .and. run%points >= pause) return
          if (ended(attempt, outcome)) exit
          if (must_end(outcome)) exit
-         call keep_standing(problem, run, attempt, recorder, outcome, .false.)
+         call save_run(problem, run, attempt, recorder, outcome, .false.)
          if (ended(attempt, outcome) .or. points_used_up()) exit
          if (run%mesh%change_behind) call catch_up()
          if (ended(attempt, outcome)) exit
@@ -66,7 +66,7 @@ contains
       outcome%dead_end = allocated(outcome%why) .and. outcome%deck_line == 0 .and. .not. (outcome%turns .or. outcome%home .or. &
          & outcome%wrong .or. outcome%used_up .or. outcome%ended)
       if (.not. outcome%ended) call report_turned_load(problem, step, run, recorder, outcome)
-      call keep_standing(problem, run, attempt, recorder, outcome, .true.)
+      call save_run(problem, run, attempt, recorder, outcome, .true.)
 
    contains
 

@@ -51,7 +51,7 @@ contains
       logical :: done
       call count_up(counter_rejected)
       attempt%cuts = attempt%cuts + 1
-      if (attempt%astray) attempt%failures = attempt%failures + 1
+      if (attempt%off_path) attempt%failures = attempt%failures + 1
       call release_marks(done)
       if (.not. done) call go_past_change(done)
       if (.not. done) call go_back_to_finer_mesh(done)
@@ -122,7 +122,7 @@ contains
          logical, intent(out) :: done
          logical :: turned
          done = .false.
-         if (attempt%cuts <= cuts_before_corner .and. .not. (attempt%astray .and. differ(run%last%state%active, &
+         if (attempt%cuts <= cuts_before_corner .and. .not. (attempt%off_path .and. differ(run%last%state%active, &
             & attempt%trial%state%active))) &
             & return
          call turn_corner(problem, step, run, attempt%corner_meshes, recorder, attempt%request, turned, attempt%finished, outcome)
@@ -143,7 +143,7 @@ contains
       subroutine cut_increment()
          real(wp) :: part
          part = 0.5_wp
-         if (attempt%astray) part = part_before(problem, step, run, attempt%corner)
+         if (attempt%off_path) part = part_before(problem, step, run, attempt%corner)
          run%control%increment = part * run%control%increment
          if (attempt%report%hopeless) then
             outcome%why = 'no first point: '//attempt%report%message

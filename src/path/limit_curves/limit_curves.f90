@@ -13,7 +13,7 @@ module limit_curves
    use linear_system, only: new_system
    use bordered_system, only: linearise
    use archive, only: archive_t, archive_reset
-   use checkpoint, only: standing_t, on_curve, clear_end, change_steps
+   use checkpoint, only: saved_run_t, on_curve, clear_end, change_steps
    use critical_points, only: critical_points_t
    use path_outcome, only: outcome_t, must_end, note_trouble
    use span_tests, only: spans_hold
@@ -42,25 +42,25 @@ module limit_curves
 contains
 
    !> Follows all limit curves of a step. Failures are noted in outcome%trouble.
-   subroutine follow_limit_curves(step, own, frame, standing, recorder, outcome)
+   subroutine follow_limit_curves(step, own, frame, saved, recorder, outcome)
       type(step_t), intent(in) :: step
       type(critical_points_t), intent(inout) :: own        !! critical points of the step's path
       type(archive_t), intent(inout) :: frame              !! data with which the checkpoints of all curves begin
-      type(standing_t), intent(inout) :: standing          !! restart; on_curve: continues a limit curve
+      type(saved_run_t), intent(inout) :: saved          !! restart; on_curve: continues a limit curve
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome            !! why: only if the results cannot be written or the run must end
       type(curve_walk_t) :: walk
       character(:), allocatable :: trouble
       integer :: k, first
       first = 1
-      if (standing%kind == on_curve) then
+      if (saved%kind == on_curve) then
          call take_walk()
          first = walk%number
       end if
       do k = first, size(step%limit_curve)
          if (allocated(trouble)) deallocate (trouble)
-         if (standing%kind /= on_curve) call begin_curve(k, walk, trouble)
-         standing%kind = 0
+         if (saved%kind /= on_curve) call begin_curve(k, walk, trouble)
+         saved%kind = 0
          if (.not. (allocated(trouble) .or. allocated(outcome%why))) &
             & call follow_curve(step, own, walk, frame, recorder, trouble, outcome)
          if (allocated(outcome%why)) return
@@ -124,11 +124,11 @@ contains
 
       !> Restores a run on a limit curve from a checkpoint of which the frame has been read.
       subroutine take_walk()
-         call exchange_walk(standing%archive, own, walk, outcome)
+         call exchange_walk(saved%archive, own, walk, outcome)
          call clear_end(outcome)
-         if (.not. standing%changed) return
-         call change_steps(standing%steps, walk%follower%base)
-         call change_steps(standing%steps, walk%follower%problem)
+         if (.not. saved%changed) return
+         call change_steps(saved%steps, walk%follower%base)
+         call change_steps(saved%steps, walk%follower%problem)
       end subroutine take_walk
    end subroutine follow_limit_curves
 

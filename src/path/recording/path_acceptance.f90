@@ -70,7 +70,7 @@ contains
       request%shorter = arrival%can_cut .and. better_from_nearer(problem, run, trial, findings)
       if (request%shorter) return
       request%events_located = any(findings%seen%located .and. .not. findings%duplicate)
-      call begin_asking()
+      call begin_findings()
       call settle_events(problem, step, run, trial, arrival, findings, request, outcome)
       if (request%shorter .or. request%remeshes()) return
       call settle_trial()
@@ -111,14 +111,14 @@ contains
 
       !> Sets two conditions on which error bars depend: whether the trial is the end of the step, and whether the mesh may be
       !> refined.
-      subroutine begin_asking()
+      subroutine begin_findings()
          findings%stops = stop_met(step, run%last%test_values, trial%test_values)
          ! The mesh is not refined if the deck gives it, or if it was already remade for this increment: a further mesh made at the
          ! trial would lack nodes at the same interface points as the first. (The mesh of the next increment, which begins at a
          ! point before the event, has these nodes.)
          findings%as_it_is = .not. any(problem%layout%rod_segment%placed)
          if (allocated(arrival%tries)) findings%as_it_is = findings%as_it_is .or. arrival%tries > 0
-      end subroutine begin_asking
+      end subroutine begin_findings
 
       !> Reports events that were not located at the trial, which is the next point of the path behind the events.
       subroutine announce_missed()
@@ -138,24 +138,24 @@ contains
 
       !> Computes the error bars of the trial, if they are shown or required for a mesh request.
       subroutine settle_trial()
-         logical :: behind_end, critical, can_ask
+         logical :: behind_end, critical, can_remesh
          if (allocated(arrival%bars)) findings%bars = arrival%bars
          ! A trial behind the end of the step is not a point of the step.
          behind_end = any(findings%seen%located .and. findings%seen%event%kind == event_stop .and. .not. findings%duplicate)
          critical = arrival%label /= '' .or. findings%stops
-         can_ask = allocated(arrival%tries)
+         can_remesh = allocated(arrival%tries)
          if (.not. (allocated(findings%bars) .or. behind_end)) &
             & call bars_at_point(problem, step, run, trial, merge('  ', arrival%label, arrival%bracketed), findings%stops, 0, &
             & findings%bars, wanted=step%asked_of_path > 0.0_wp .and. any(problem%layout%rod_segment%placed), &
             & changing=arrival%changing, as_it_is=findings%as_it_is .and. critical)
          if (behind_end .or. .not. allocated(findings%bars)) return
-         if (can_ask) call ask_for_mesh(problem, step, run, trial%state, trial%system%force_scale, findings%bars, critical, &
+         if (can_remesh) call ask_for_mesh(problem, step, run, trial%state, trial%system%force_scale, findings%bars, critical, &
             & arrival%tries, outcome, request)
          if (request%remeshes()) return
          if (.not. critical) call note_error(problem, step, findings%bars, sizes_there(problem, step, run, trial%state, &
             & trial%system%force_scale, asked_at(problem, step, ''), outcome), '', place_t(run%branch, problem%step, run%points + &
             & 1, trial%state%load_factor), outcome%accuracy)
-         if (can_ask .and. .not. (critical .or. any(findings%seen%located))) &
+         if (can_remesh .and. .not. (critical .or. any(findings%seen%located))) &
             & call ask_for_less(problem, step, run, trial%state, trial%system%force_scale, findings%bars, arrival%tries, outcome)
          if (.not. (critical .or. step%bars_everywhere)) deallocate (findings%bars)
       end subroutine settle_trial

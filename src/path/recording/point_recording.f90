@@ -14,7 +14,7 @@ module point_recording
    use path_outcome, only: outcome_t
    use point_report, only: report_point
    use point_checks, only: check_point
-   use span_regions, only: tell_places
+   use span_regions, only: assign_place_bars
    use error_bar, only: error_bars_t
    use error_report, only: note_load
    use path_record, only: recorder_t, point_t
@@ -79,7 +79,7 @@ contains
          run%points = run%points + 1
          run%recorded_load = state%load_factor
          if (allocated(run%onset%region) .and. label == 'C+') row%region = [row%region, run%onset%region]
-         if (allocated(row%bars) .and. allocated(row%region)) call tell_places(row%bars, row%region)
+         if (allocated(row%bars) .and. allocated(row%region)) call assign_place_bars(row%bars, row%region)
          call check_point(problem, state, system, place_t(run%branch, problem%step, run%points, state%load_factor), &
             & merge(run%onset%element, 0, label == 'C+'), row, outcome%accuracy, wrong)
          call note_load(problem%step, state%load_factor, outcome%accuracy)

@@ -161,7 +161,7 @@ contains
       logical, intent(in), optional :: changing(:) !! (candidates) true for nodes whose contact begins or ends at `point`
       logical, intent(in), optional :: as_it_is  !! true: the mesh will not be refined for these bars
       type(zero_t) :: zero
-      logical :: everywhere, told
+      logical :: everywhere, has_zero
       everywhere = step%bars_everywhere
       if (present(wanted)) everywhere = everywhere .or. wanted
       if (.not. (step%error_bars .and. (label /= '' .or. finished .or. everywhere))) return
@@ -174,8 +174,8 @@ contains
             zero%event = event_t(kind=event_contact, label=label, marked=changing)
          end if
       end if
-      told = allocated(zero%event) .or. (test > 0 .and. (label == '' .or. problem%has_spans()))
-      if (told) then
+      has_zero = allocated(zero%event) .or. (test > 0 .and. (label == '' .or. problem%has_spans()))
+      if (has_zero) then
          call event_errors(problem, run%mesh%enriched, point%state, point%system, zero, point%tangent, path_length(problem, &
             & run%last%state, point%state), point%state%load_factor - run%last%state%load_factor, bars)
       else if (label /= '' .and. .not. problem%has_spans()) then

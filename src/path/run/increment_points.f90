@@ -29,11 +29,11 @@ contains
    !> controlled quantity. An arc-length increment is divided by the load if the load changes monotonically: planes of equal load
    !> are not affected by rounding transverse to the path, which is large in structures that hardly move before they buckle.
    !> Otherwise planes normal to the chord divide it.
-   type(division_t) function new_division(problem, run, trial, load_tells) result(division)
+   type(division_t) function new_division(problem, run, trial, steady_load) result(division)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial      !! end of the increment
-      logical, intent(in) :: load_tells            !! the load changes monotonically over the increment
+      logical, intent(in) :: steady_load            !! the load changes monotonically over the increment
       real(wp) :: rise
       logical :: still
       division%smooth = alike(problem, run%last%state, trial%state)
@@ -46,7 +46,7 @@ contains
             rise = trial%state%load_factor - run%last%state%load_factor
             ! If no node moves by more than rounding, the increment can only be divided by the load.
             still = stands_still(run%last%tangent, rise) .and. stands_still(ahead, rise) .and. abs(rise) > 0.0_wp
-            if ((load_tells .and. division%smooth) .or. still) then
+            if ((steady_load .and. division%smooth) .or. still) then
                control%method = method_load
                division%whole = rise
                division%slopes = [run%last%tangent%load, ahead%load] * path_length(problem, run%last%state, &
