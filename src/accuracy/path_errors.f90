@@ -69,7 +69,7 @@ contains
       type(control_t), intent(in) :: control
       type(path_tangent_t), intent(in) :: heading     !! path tangent at `state`
       type(error_bars_t), intent(out) :: bars
-      logical, intent(in), optional :: places    !! true: errors of touchdown points, too
+      logical, intent(in) :: places              !! true: errors of touchdown points, too
       logical, intent(in), optional :: as_it_is  !! true: the mesh will not be refined for kinks inside elements, see why_no_bars
       type(enriched_path_t) :: path
       type(enriched_point_t) :: point
@@ -84,15 +84,11 @@ contains
       if (any(hidden)) bars%may_change = hidden
       if (bars%why /= '') return
       ends = [integer ::]
-      if (present(places)) then
-         if (places) ends = moving_ends(problem)
-      end if
+      if (places) ends = moving_ends(problem)
       call begin(problem, finer, state, system, holding(problem, state, control, heading), heading, ends, no_modes, path, point, &
          & shares, value)
       if (point%ok) bars%missed = unstable_difference(problem, state, system, path, point, 0)
-      if (point%ok .and. present(places)) then
-         if (places) bars%unsure = sign_uncertain(problem, state, system, path, point)
-      end if
+      if (point%ok .and. places) bars%unsure = sign_uncertain(problem, state, system, path, point)
       call values_beside(path, point)
       if (.not. point%ok) then
          bars%why = no_convergence

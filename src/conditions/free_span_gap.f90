@@ -4,7 +4,7 @@ module free_span_gap
    use kinds, only: wp
    use model, only: family_ge
    use problem, only: problem_t, rounding_gap
-   use rod_state, only: state_t, pose_of
+   use rod_state, only: state_t, pose_of, obstacle_offset
    use rod_profile, only: profile_t, new_profile, mend_ends, mended_error, profile_place
    use obstacle_geometry, only: obstacle_gap
    use obstacle_pose, only: pose_t
@@ -59,22 +59,9 @@ contains
       associate (o => problem%model%contact(contact)%obstacle)
          pose = pose_of(problem, state, o)
          call obstacle_gap(problem%model%obstacle(o), pose%own_place(profile_place(problem, profile, tau)), gap, normal, bend)
+         gap = gap + obstacle_offset(problem, state, o, problem%model%contact(contact)%gap, problem%overlap(contact))
       end associate
-      gap = gap + contact_offset(problem, state, contact)
    end function gap_in
-
-   !> Offset added to the distance from the obstacle of a contact: the `gap` of the deck and the part of the initial overlap that is
-   !> not yet resolved, minus the closing so far.
-   pure real(wp) function contact_offset(problem, state, contact) result(offset)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: contact
-      associate (o => problem%model%contact(contact)%obstacle, load => problem%model%step(problem%step)%load)
-         ! The same formula as in candidate_offset of module candidates.
-         offset = problem%model%contact(contact)%gap + problem%overlap(contact) * (1.0_wp - problem%constant%resolved(o) - &
-            & state%load_factor * load%resolved(o)) - problem%constant%closing(o) - state%load_factor * load%closing(o)
-      end associate
-   end function contact_offset
 
    !> Finds the least gap between elements and an obstacle that they do not touch, and its position. The elements are those between
    !> two contact spans of a rod segment, or those in line contact with another obstacle.

@@ -17,9 +17,8 @@ module rod_state
    implicit none
    private
    public :: state_t, new_state, element_displacement, element_load, element_compliance, end_pressures, node_position, &
-      & candidate_position, pose_of, candidate_gap, candidate_opening, chain_gap, gap_at, candidate_offset, closing_rate, &
-      & may_react, &
-      & is_stress_free, unknown_push, rounding_steps
+      & candidate_position, pose_of, candidate_gap, candidate_opening, chain_gap, gap_at, candidate_offset, obstacle_offset, &
+      & closing_rate, may_react, is_stress_free, unknown_push, rounding_steps
 
    real(wp), parameter :: rounding_steps = 32.0_wp !! bound of rounding errors of displacements summed along an element, in rounding
    !! units
@@ -217,11 +216,21 @@ contains
       type(state_t), intent(in) :: state
       type(candidates_t), intent(in) :: list
       integer, intent(in) :: candidate
-      associate (kept => problem%constant, o => list%obstacle(candidate))
-         offset = list%gap_offset(candidate) + list%overlap(candidate) * (1.0_wp - kept%resolved(o)) - kept%closing(o) - &
-            & state%load_factor * closing_rate(problem, list, candidate)
-      end associate
+      offset = obstacle_offset(problem, state, list%obstacle(candidate), list%gap_offset(candidate), list%overlap(candidate))
    end function candidate_offset
+
+   !> The same for any place of a rod.
+   pure real(wp) function obstacle_offset(problem, state, obstacle, gap, overlap) result(offset)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: obstacle
+      real(wp), intent(in) :: gap              !! of the deck
+      real(wp), intent(in) :: overlap          !! initial
+      associate (kept => problem%constant, load => problem%model%step(problem%step)%load)
+         offset = gap + overlap * (1.0_wp - kept%resolved(obstacle)) - kept%closing(obstacle) - state%load_factor * &
+            & (load%closing(obstacle) + load%resolved(obstacle) * overlap)
+      end associate
+   end function obstacle_offset
 
    !> Closing of a candidate's gap per unit of load factor, without the obstacle's displacement.
    pure real(wp) function closing_rate(problem, list, candidate) result(rate)
