@@ -13,7 +13,7 @@ import re
 import sys
 
 ROOTS = ("path_state:path_state_t", "problem:problem_t", "path_outcome:outcome_t", "attempt:attempt_t", "path_record:buckling_t", "critical_points:critical_points_t", "model:model_t",
-         "limit_search:curve_walk_t")
+         "limit_search:curve_trace_t")
 # Large, and the same in many places: stored once.
 SHARED = {"model_t", "layout_t", "numbering_t", "tie_pattern_t", "candidates_t", "coupling_t", "ground_t", "load_t", "geometry_t", "step_t",
           "tableau_t", "system_t", "problem_t", "obstacle_t", "mesh_t", "state_t", "ge_stiffness_t"}

@@ -15,7 +15,7 @@ module mesh_request
    use error_bar, only: error_bar_t, error_bars_t, largest_unseen, allowed_part, lacks_bound, bar_of
    implicit none
    private
-   public :: refinement_t, request_mesh, spare_mesh, motion_sizes, stays_within, value_sizes, rounding_of, excess, &
+   public :: refinement_t, request_mesh, coarser_mesh, motion_sizes, stays_within, value_sizes, rounding_of, excess, &
       & most_meshes
 
    !> History of the meshes made for a point.
@@ -193,7 +193,7 @@ contains
 
    !> Requests a coarser mesh if bars are narrower than necessary. Not allocated: the mesh would have hardly fewer elements, or
    !> their number is unknown.
-   subroutine spare_mesh(problem, state, bars, sizes, counted, asked, demand)
+   subroutine coarser_mesh(problem, state, bars, sizes, counted, asked, demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! the point of the bars
       type(error_bars_t), intent(in) :: bars
@@ -213,7 +213,7 @@ contains
       wanted = number_for(problem, free, whole, part_of_asked * asked)
       if (wanted > most_spared * count(free)) return
       demand = demand_of(problem, state, wanted, g / whole)
-   end subroutine spare_mesh
+   end subroutine coarser_mesh
 
    !> Error contributions of the elements in proportion to the error bars: for each element the largest over all numbers that count.
    subroutine indicate(bars, sizes, counted, asked, critical, bounds, can_settle, indicator, ratio, known, bounded, unsettled)

@@ -16,7 +16,7 @@ module corner_ahead
    use displacement_functional, only: watched_displacement
    implicit none
    private
-   public :: corner_t, look_for_corner, is_near, part_before, differ
+   public :: corner_t, find_corner_ahead, is_near, part_before, differ
 
    !> Corner found by the trial increments from one point.
    type :: corner_t
@@ -29,7 +29,7 @@ module corner_ahead
 contains
 
    !> Searches for a corner between the last accepted point and a trial.
-   subroutine look_for_corner(problem, run, trial, corner)
+   subroutine find_corner_ahead(problem, run, trial, corner)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial    !! converged, on the mesh of the last accepted point
@@ -42,7 +42,7 @@ contains
             & corner%length = length_to_corner(problem, from, to, before, after)
          corner%goes_around = same_path(relate(problem, from, to, before, after, .true.))
       end associate
-   end subroutine look_for_corner
+   end subroutine find_corner_ahead
 
    !> True if the corner is closer than the smallest increment.
    pure logical function is_near(problem, step, run, corner)

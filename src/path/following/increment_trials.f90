@@ -4,7 +4,7 @@ module increment_trials
    use model, only: step_t
    use problem, only: problem_t, copy_problem
    use path_continuity, only: relation_t, relate, same_path, turned_over, too_far, at_corner
-   use corner_ahead, only: corner_t, look_for_corner, is_near
+   use corner_ahead, only: corner_t, find_corner_ahead, is_near
    use path_point, only: advance
    use path_state, only: path_state_t, copy_path_state, path_tangent_of, turned_back
    use span_start, only: begin_spans
@@ -79,7 +79,7 @@ contains
       attempt%off_path = .not. same_path(attempt%relation)
       ! With contact spans a corner of the path is a located contact change, and the path tangent is the one behind the change.
       if (attempt%off_path .and. .not. problem%has_spans()) then
-         call look_for_corner(problem, run, attempt%trial, attempt%corner)
+         call find_corner_ahead(problem, run, attempt%trial, attempt%corner)
          attempt%off_path = .not. (around_corner(before, attempt) .or. is_near(problem, step, run, attempt%corner))
       else
          attempt%corner = corner_t()

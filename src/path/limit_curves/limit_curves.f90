@@ -20,12 +20,13 @@ module limit_curves
    use second_parameter, only: present_value
    use limit_marks, only: renew_marks
    use limit_rigid, only: make_rigid
-   use limit_search, only: curve_walk_t, trial_t, stand_here, scale_rate, evaluate_rate, search, as_coordinate, as_value, small_drop
+   use limit_search, only: curve_trace_t, trial_t, stand_here, scale_rate, evaluate_rate, search, as_coordinate, as_value, &
+      & small_drop
    use monitors, only: monitor_values
    use limit_mesh, only: bars_here, refine_limit_point
    use error_report, only: note_curve_bar
    use path_record, only: recorder_t, limit_point_t
-   use run_archive, only: exchange_critical_points_t, exchange_curve_walk_t, exchange_outcome_t
+   use run_archive, only: exchange_critical_points_t, exchange_curve_trace_t, exchange_outcome_t
    implicit none
    private
    public :: follow_limit_curves
@@ -49,20 +50,20 @@ contains
       type(saved_run_t), intent(inout) :: saved          !! restart; on_curve: continues a limit curve
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome            !! why: only if the results cannot be written or the run must end
-      type(curve_walk_t) :: walk
+      type(curve_trace_t) :: trace
       character(:), allocatable :: trouble
       integer :: k, first
       first = 1
       if (saved%kind == on_curve) then
-         call take_walk()
-         first = walk%number
+         call restore_trace()
+         first = trace%number
       end if
       do k = first, size(step%limit_curve)
          if (allocated(trouble)) deallocate (trouble)
-         if (saved%kind /= on_curve) call begin_curve(k, walk, trouble)
+         if (saved%kind /= on_curve) call begin_curve(k, trace, trouble)
          saved%kind = 0
          if (.not. (allocated(trouble) .or. allocated(outcome%why))) &
-            & call follow_curve(step, own, walk, frame, recorder, trouble, outcome)
+            & call follow_curve(step, own, trace, frame, recorder, trouble, outcome)
          if (allocated(outcome%why)) return
          if (allocated(trouble)) call note_trouble(outcome, 'limit curve '//trim(step%limit_curve(k)%name)//': '//trouble)
       end do
@@ -70,14 +71,14 @@ contains
    contains
 
       !> Begins a limit curve: records the limit point of the path as its first one.
-      subroutine begin_curve(number, walk, trouble)
+      subroutine begin_curve(number, trace, trouble)
          integer, intent(in) :: number                  ! index into step%limit_curve
-         type(curve_walk_t), intent(out) :: walk
+         type(curve_trace_t), intent(out) :: trace
          character(:), allocatable, intent(out) :: trouble ! reason why the curve cannot begin
          type(trial_t) :: trial
          integer :: i, passed
 
-         associate (curve => step%limit_curve(number), follower => walk%follower)
+         associate (curve => step%limit_curve(number), follower => trace%follower)
             passed = 0
             do i = 1, size(own%list)
                if (own%list(i)%label /= 'LP' .or. own%list(i)%corner) cycle
@@ -89,14 +90,14 @@ contains
                if (any(own%list%corner)) trouble = trouble//'; those at corners of the path do not count: no rate is zero there'
                return
             end if
-            walk%number = number
+            trace%number = number
             call copy_problem(own%list(i)%problem, follower%base)
             follower%state = own%list(i)%state
             call copy_problem(follower%base, follower%problem)
             follower%curve = curve
             follower%system = new_system(follower%base)
             follower%coordinate = as_coordinate(curve, present_value(follower%base, curve))
-            walk%start = follower%coordinate
+            trace%start = follower%coordinate
             follower%unit(2) = abs(curve%increment)
             ! Unit of the arc length: at first a length over which the path is curved, later the change of a in one step of the
             ! curve.
@@ -113,30 +114,30 @@ contains
                return
             end if
             call refine_limit_point(follower, step)
-            call report(step, walk, trial, '  ', .false., recorder, outcome)
-            walk%points = 1
-            walk%way = [0.0_wp, sign(1.0_wp, curve%increment)]
+            call report(step, trace, trial, '  ', .false., recorder, outcome)
+            trace%points = 1
+            trace%way = [0.0_wp, sign(1.0_wp, curve%increment)]
             ! The change of a in one step of the curve is not known yet.
-            walk%distance = first_step
-            walk%turned_at = follower%coordinate
+            trace%distance = first_step
+            trace%turned_at = follower%coordinate
          end associate
       end subroutine begin_curve
 
       !> Restores a run on a limit curve from a checkpoint of which the frame has been read.
-      subroutine take_walk()
-         call exchange_walk(saved%archive, own, walk, outcome)
+      subroutine restore_trace()
+         call exchange_trace(saved%archive, own, trace, outcome)
          call clear_end(outcome)
          if (.not. saved%changed) return
-         call change_steps(saved%steps, walk%follower%base)
-         call change_steps(saved%steps, walk%follower%problem)
-      end subroutine take_walk
+         call change_steps(saved%steps, trace%follower%base)
+         call change_steps(saved%steps, trace%follower%problem)
+      end subroutine restore_trace
    end subroutine follow_limit_curves
 
-   !> Follows one limit curve from the limit point reached by `walk`. Passes checkpoints to the recorder at limit points.
-   subroutine follow_curve(step, own, walk, frame, recorder, trouble, outcome)
+   !> Follows one limit curve from the limit point reached by `trace`. Passes checkpoints to the recorder at limit points.
+   subroutine follow_curve(step, own, trace, frame, recorder, trouble, outcome)
       type(step_t), intent(in) :: step
       type(critical_points_t), intent(inout) :: own
-      type(curve_walk_t), intent(inout) :: walk
+      type(curve_trace_t), intent(inout) :: trace
       type(archive_t), intent(inout) :: frame
       class(recorder_t), intent(inout) :: recorder
       character(:), allocatable, intent(out) :: trouble !! reason why the curve ends before its last value
@@ -149,12 +150,12 @@ contains
       logical :: final, turned, exact, ok
 
       final = .false.
-      associate (curve => step%limit_curve(walk%number), follower => walk%follower, points => walk%points, cuts => walk%cuts, &
-         & way => walk%way, distance => walk%distance, start => walk%start, turned_at => walk%turned_at)
+      associate (curve => step%limit_curve(trace%number), follower => trace%follower, points => trace%points, cuts => trace%cuts, &
+         & way => trace%way, distance => trace%distance, start => trace%start, turned_at => trace%turned_at)
          last = as_coordinate(curve, curve%last)
          largest = max(curve%largest / abs(curve%increment), 1.0_wp)
          do while (points < curve%max_points)
-            call keep_walk(must_end(outcome))
+            call save_trace(must_end(outcome))
             if (allocated(outcome%why)) return
             place = distance * way
             call shorten_to_values(place, exact, final)
@@ -195,7 +196,7 @@ contains
             label = merge('TP', '  ', turned)
             if (exact) label = 'UZ'
             if (final .and. .not. curve%to_rigid) label = 'EP'
-            call report(step, walk, trial, label, .false., recorder, outcome)
+            call report(step, trace, trial, label, .false., recorder, outcome)
             if (allocated(outcome%why)) return
             if (final) exit
             if (turned .and. .not. exact) turned_at = as_value(curve, follower%coordinate)
@@ -234,7 +235,7 @@ contains
             end if
             call refine_limit_point(follower, step)
          end if
-         call report(step, walk, trial, 'EP', .true., recorder, outcome)
+         call report(step, trace, trial, 'EP', .true., recorder, outcome)
       end associate
 
    contains
@@ -246,10 +247,10 @@ contains
          real(wp), intent(in) :: normal(2)
          real(wp) :: predicted(2)
          predicted = at
-         call search(walk%follower, step, at, normal, trial, searches)
-         if (.not. trial%report%converged .or. walk%points == 1) return
+         call search(trace%follower, step, at, normal, trial, searches)
+         if (.not. trial%report%converged .or. trace%points == 1) return
          if (norm2(at - predicted) <= farthest * norm2(predicted) .and. &
-            & (walk%points == 2 .or. exact .or. dot_product(at, walk%way) >= sharpest * norm2(at))) return
+            & (trace%points == 2 .or. exact .or. dot_product(at, trace%way) >= sharpest * norm2(at))) return
          trial%report%converged = .false.
          trial%report%message = 'the curve turns too sharply, or ends'
       end subroutine search_near
@@ -262,20 +263,20 @@ contains
          integer :: j, n
          shortened = .false.
          is_last = .false.
-         associate (values => step%limit_curve(walk%number)%at)
+         associate (values => step%limit_curve(trace%number)%at)
             n = size(values)
             do j = 1, n + 1
                value = last
-               if (j <= n) value = as_coordinate(step%limit_curve(walk%number), values(j))
-               reached = walk%follower%coordinate + at(2) * walk%follower%unit(2)
+               if (j <= n) value = as_coordinate(step%limit_curve(trace%number), values(j))
+               reached = trace%follower%coordinate + at(2) * trace%follower%unit(2)
                if (j == n + 1) then
                   ! A step that ends beyond the last value is always shortened.
-                  if ((reached - last) * (last - walk%start) < 0.0_wp) cycle
+                  if ((reached - last) * (last - trace%start) < 0.0_wp) cycle
                else
-                  if ((value - walk%follower%coordinate) * at(2) <= 1.0e-9_wp * abs(at(2)) .or. &
+                  if ((value - trace%follower%coordinate) * at(2) <= 1.0e-9_wp * abs(at(2)) .or. &
                      & (reached - value) * at(2) < 0.0_wp) cycle
                end if
-               at = at * ((value - walk%follower%coordinate) / (at(2) * walk%follower%unit(2)))
+               at = at * ((value - trace%follower%coordinate) / (at(2) * trace%follower%unit(2)))
                target = value
                shortened = .true.
                is_last = j == n + 1
@@ -287,43 +288,43 @@ contains
       subroutine accept_trial(to)
          type(trial_t), intent(in) :: to
          real(wp) :: unit
-         direction = walk%follower%control%tangent
-         call copy_problem(to%problem, walk%follower%problem)
-         walk%follower%state = to%state
-         call renew_marks(walk%follower%base, walk%follower%problem, walk%follower%state, direction, walk%follower%system%ok)
-         if (.not. walk%follower%system%ok) return
-         walk%follower%system = new_system(walk%follower%problem)
-         call linearise(walk%follower%problem, walk%follower%state, walk%follower%state, walk%follower%system)
-         call stand_here(walk%follower, direction, 0.0_wp)
+         direction = trace%follower%control%tangent
+         call copy_problem(to%problem, trace%follower%problem)
+         trace%follower%state = to%state
+         call renew_marks(trace%follower%base, trace%follower%problem, trace%follower%state, direction, trace%follower%system%ok)
+         if (.not. trace%follower%system%ok) return
+         trace%follower%system = new_system(trace%follower%problem)
+         call linearise(trace%follower%problem, trace%follower%state, trace%follower%state, trace%follower%system)
+         call stand_here(trace%follower, direction, 0.0_wp)
          ! Over a unit of arc length the load falls by a hundredth; the direction of the step is converted to the new unit. Near a
          ! turning point of the curve, where the slope vanishes, the unit is not changed.
-         if (abs(to%slope) > 0.0_wp .and. abs(walk%way(1)) < 0.3_wp) then
-            unit = sqrt(2.0_wp * small_drop * abs(walk%follower%state%load_factor) * walk%follower%unit(1) / abs(to%slope))
-            unit = min(max(unit, 0.5_wp * walk%follower%unit(1)), 2.0_wp * walk%follower%unit(1))
-            walk%way(1) = walk%way(1) * walk%follower%unit(1) / unit
-            walk%way = walk%way / norm2(walk%way)
-            walk%follower%unit(1) = unit
+         if (abs(to%slope) > 0.0_wp .and. abs(trace%way(1)) < 0.3_wp) then
+            unit = sqrt(2.0_wp * small_drop * abs(trace%follower%state%load_factor) * trace%follower%unit(1) / abs(to%slope))
+            unit = min(max(unit, 0.5_wp * trace%follower%unit(1)), 2.0_wp * trace%follower%unit(1))
+            trace%way(1) = trace%way(1) * trace%follower%unit(1) / unit
+            trace%way = trace%way / norm2(trace%way)
+            trace%follower%unit(1) = unit
          end if
       end subroutine accept_trial
 
       !> Stores a checkpoint and passes it to the recorder, if the recorder requests one.
-      subroutine keep_walk(now)
+      subroutine save_trace(now)
          logical, intent(in) :: now                       ! true: even if the recorder does not request one
          type(error_t), allocatable :: error
          integer :: n
          if (frame%n == 0 .or. .not. (now .or. recorder%wants_state())) return
          n = frame%n
-         call exchange_walk(frame, own, walk, outcome)
+         call exchange_trace(frame, own, trace, outcome)
          call recorder%state(frame%words(:frame%n), error)
          call archive_reset(frame, n)
          if (allocated(error) .and. .not. allocated(outcome%why)) outcome%why = error%message
-      end subroutine keep_walk
+      end subroutine save_trace
    end subroutine follow_curve
 
    !> Passes the last limit point to the recorder.
-   subroutine report(step, walk, trial, label, rigid, recorder, outcome)
+   subroutine report(step, trace, trial, label, rigid, recorder, outcome)
       type(step_t), intent(in) :: step
-      type(curve_walk_t), intent(in) :: walk
+      type(curve_trace_t), intent(in) :: trace
       type(trial_t), intent(in) :: trial             !! evaluation with which the limit point was found
       character(2), intent(in) :: label
       logical, intent(in) :: rigid
@@ -331,9 +332,9 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(limit_point_t) :: point
       type(error_t), allocatable :: error
-      associate (follower => walk%follower, curve => step%limit_curve(walk%number))
+      associate (follower => trace%follower, curve => step%limit_curve(trace%number))
          point%step = follower%base%step
-         point%curve = walk%number
+         point%curve = trace%number
          point%parameter = as_value(curve, follower%coordinate)
          point%rigid = rigid
          point%load_factor = follower%state%load_factor
@@ -352,13 +353,13 @@ contains
    end subroutine report
 
    !> Stores or reads the part of the checkpoint after the frame.
-   subroutine exchange_walk(a, own, walk, outcome)
+   subroutine exchange_trace(a, own, trace, outcome)
       type(archive_t), intent(inout) :: a
       type(critical_points_t), intent(inout) :: own
-      type(curve_walk_t), intent(inout) :: walk
+      type(curve_trace_t), intent(inout) :: trace
       type(outcome_t), intent(inout) :: outcome
       call exchange_critical_points_t(a, own)
-      call exchange_curve_walk_t(a, walk)
+      call exchange_curve_trace_t(a, trace)
       call exchange_outcome_t(a, outcome)
-   end subroutine exchange_walk
+   end subroutine exchange_trace
 end module limit_curves

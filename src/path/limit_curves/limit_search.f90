@@ -14,7 +14,7 @@ module limit_search
    use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    implicit none
    private
-   public :: follower_t, curve_walk_t, copy_follower, trial_t, stand_here, scale_rate, evaluate_rate, search, as_coordinate
+   public :: follower_t, curve_trace_t, copy_follower, trial_t, stand_here, scale_rate, evaluate_rate, search, as_coordinate
    public :: as_value, small_drop
 
    integer, parameter :: max_searches = 40          !! evaluations of the load rate h for one limit point; no input deck changes
@@ -39,7 +39,7 @@ module limit_search
    end type follower_t
 
    !> Position of a run on a limit curve between two limit points, with all data on which the next limit point depends.
-   type :: curve_walk_t
+   type :: curve_trace_t
       type(follower_t) :: follower
       integer :: number = 0                      !! index of the curve in its step
       integer :: points = 0                      !! limit points found so far
@@ -48,7 +48,7 @@ module limit_search
       real(wp) :: distance = 0.0_wp              !! length of the next step
       real(wp) :: start = 0.0_wp                 !! coordinate of the first limit point
       real(wp) :: turned_at = 0.0_wp             !! value of the parameter where the curve turned back last
-   end type curve_walk_t
+   end type curve_trace_t
 
    !> One evaluation of the load rate h on the surface of equilibria.
    type :: trial_t

@@ -21,7 +21,7 @@ module event_recording
    use path_outcome, only: outcome_t
    use point_recording, only: record
    use error_bar, only: error_bars_t
-   use error_report, only: note_error, asked_at
+   use error_report, only: note_error, tolerance_at
    use mesh_request, only: motion_sizes
    use remeshing, only: sizes_there
    use path_record, only: recorder_t, critical_t
@@ -186,7 +186,7 @@ contains
          at = place_t(run%branch, problem%step, full%point, full%load_factor)
          associate (step => problem%model%step(problem%step))
             call note_error(problem, step, full%bars, sizes_there(problem, step, run, point%state, point%system%force_scale, &
-               & asked_at(problem, step, full%label), outcome), full%label, at, outcome%accuracy)
+               & tolerance_at(problem, step, full%label), outcome), full%label, at, outcome%accuracy)
          end associate
       end if
       call recorder%take(full, error)

@@ -22,9 +22,9 @@ module path_acceptance
    use path_outcome, only: outcome_t, note_bracketed
    use point_recording, only: record
    use error_bar, only: error_bars_t
-   use error_report, only: bars_at_event, bars_at_point, note_error, asked_at
+   use error_report, only: bars_at_event, bars_at_point, note_error, tolerance_at
    use corner_limit, only: report_turned_load
-   use remeshing, only: ask_at_event, ask_for_mesh, ask_for_less, sizes_there
+   use remeshing, only: request_mesh_at_event, ask_for_mesh, request_coarser_mesh, sizes_there
    use path_record, only: recorder_t
    use run_accuracy, only: place_t
    implicit none
@@ -153,10 +153,10 @@ contains
             & arrival%tries, outcome, request)
          if (request%remeshes()) return
          if (.not. critical) call note_error(problem, step, findings%bars, sizes_there(problem, step, run, trial%state, &
-            & trial%system%force_scale, asked_at(problem, step, ''), outcome), '', place_t(run%branch, problem%step, run%points + &
-            & 1, trial%state%load_factor), outcome%accuracy)
-         if (can_remesh .and. .not. (critical .or. any(findings%seen%located))) &
-            & call ask_for_less(problem, step, run, trial%state, trial%system%force_scale, findings%bars, arrival%tries, outcome)
+            & trial%system%force_scale, tolerance_at(problem, step, ''), outcome), '', place_t(run%branch, problem%step, &
+            & run%points + 1, trial%state%load_factor), outcome%accuracy)
+         if (can_remesh .and. .not. (critical .or. any(findings%seen%located))) call request_coarser_mesh(problem, step, run, &
+            & trial%state, trial%system%force_scale, findings%bars, arrival%tries, outcome)
          if (.not. (critical .or. step%bars_everywhere)) deallocate (findings%bars)
       end subroutine settle_trial
 
@@ -213,7 +213,7 @@ contains
             if (findings%duplicate(i)) return
             call doubt_limit(problem, run, trial, located_event)
             if (allocated(arrival%tries)) &
-               & call ask_at_event(problem, step, run, located_event, arrival%tries, outcome, request)
+               & call request_mesh_at_event(problem, step, run, located_event, arrival%tries, outcome, request)
             if (request%remeshes()) return
             call doubt_bifurcation(located_event)
             request%shorter = arrival%can_cut .and. .not. located_event%located

@@ -12,10 +12,10 @@ module remeshing
    use located_events, only: located_event_t
    use path_outcome, only: outcome_t
    use error_bar, only: error_bars_t
-   use mesh_request, only: most_meshes, request_mesh, spare_mesh, motion_sizes, value_sizes
+   use mesh_request, only: most_meshes, request_mesh, coarser_mesh, motion_sizes, value_sizes
    implicit none
    private
-   public :: ask_at_event, ask_for_mesh, ask_for_less, sizes_there
+   public :: request_mesh_at_event, ask_for_mesh, request_coarser_mesh, sizes_there
 
    real(wp), parameter :: most_sharp = 1.0e-5_wp  !! least residual tolerance requested / step's tolerance; below it residuals are
    !! rounding
@@ -24,7 +24,7 @@ contains
 
    !> Requests a finer mesh if the errors of an event exceed the tolerance. For a detachment the error contributions are those of
    !> the reduced problem without the elements on a straight wall, which are few and exact.
-   subroutine ask_at_event(problem, step, run, located_event, tries, outcome, request)
+   subroutine request_mesh_at_event(problem, step, run, located_event, tries, outcome, request)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
@@ -45,7 +45,7 @@ contains
             call ask_for_mesh(problem, step, run, place, system%force_scale, located_event%bars, .true., tries, outcome, request)
          end if
       end associate
-   end subroutine ask_at_event
+   end subroutine request_mesh_at_event
 
    !> Requests a finer mesh, or a smaller residual, if the errors of a point exceed the tolerance.
    subroutine ask_for_mesh(problem, step, run, place, force_scale, bars, critical, tries, outcome, request)
@@ -87,7 +87,7 @@ contains
    end subroutine ask_for_mesh
 
    !> Requests a coarser mesh if the errors of a point are far below the tolerance.
-   subroutine ask_for_less(problem, step, run, place, force_scale, bars, tries, outcome)
+   subroutine request_coarser_mesh(problem, step, run, place, force_scale, bars, tries, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
@@ -99,10 +99,10 @@ contains
       if (tries > 0) run%mesh%points_to_keep = rest_of_mesh
       run%mesh%points_to_keep = max(run%mesh%points_to_keep - 1, 0)
       if (run%mesh%points_to_keep > 0 .or. .not. step%asked_of_path > 0.0_wp) return
-      call spare_mesh(problem, place, bars, sizes_there(problem, step, run, place, force_scale, step%asked_of_path, outcome), &
+      call coarser_mesh(problem, place, bars, sizes_there(problem, step, run, place, force_scale, step%asked_of_path, outcome), &
          & step%asked_of, &
          & step%asked_of_path, run%mesh%coarser)
-   end subroutine ask_for_less
+   end subroutine request_coarser_mesh
 
    !> Reference values of the errors of a point: load factor, then monitors.
    function sizes_there(problem, step, run, place, force_scale, asked, outcome) result(sizes)

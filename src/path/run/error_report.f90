@@ -32,7 +32,7 @@ module error_report
    use timing, only: timing_start, timing_stop, phase_accuracy
    implicit none
    private
-   public :: bars_at_event, bars_at_point, bars_at_contact_start, note_load, asked_at, note_buckling_bars, &
+   public :: bars_at_event, bars_at_point, bars_at_contact_start, note_load, tolerance_at, note_buckling_bars, &
       & note_curve_bar, bars_on_curve, note_error
 
    character(*), parameter :: hidden = 'lines without pressure beside others hide what lets go', &
@@ -421,7 +421,7 @@ contains
          accuracy%bar_words = 'whether the errors'//there//' are what was asked for is not known: '//bars%why
          return
       end if
-      asked = asked_at(problem, step, label)
+      asked = tolerance_at(problem, step, label)
       counted = step%asked_of
       call excess(bars, sizes, counted, asked, label /= '', label /= '' .or. step%bars_everywhere, ratio, which)
       if (ratio <= 1.0_wp) then
@@ -467,7 +467,7 @@ contains
 
    !> Relative error allowed at a point: the tolerance for which the mesh is made, or the largest error bar allowed on a mesh given
    !> by the deck.
-   pure real(wp) function asked_at(problem, step, label) result(asked)
+   pure real(wp) function tolerance_at(problem, step, label) result(asked)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       character(*), intent(in) :: label          !! label of the critical point; '': none
@@ -475,5 +475,5 @@ contains
       if (.not. any(problem%layout%rod_segment%placed)) return
       asked = max(step%asked, step%widest_bar)
       if (label == '') asked = step%asked_of_path
-   end function asked_at
+   end function tolerance_at
 end module error_report
