@@ -59,7 +59,8 @@ contains
       allocate (support(3, problem%model%mesh%n_nodes), source=0.0_wp)
       middle = 0.5_wp * (maxval(state%geometry%x, 2) + minval(state%geometry%x, 2))
       total = 0.0_wp
-      noise = position_noise(problem)
+      ! Rounding error of all foundations' forces, from that of positions.
+      noise = problem%ground%stiffest * rounding_gap(problem) * count(problem%ground%founded)
       scale = max(problem%force_floor, accuracy%force)
       elements: do e = 1, problem%model%mesh%n_elements
          call end_forces(problem, state, e, first, second)
@@ -306,12 +307,6 @@ contains
             & element=problem%model%mesh%element_label(pulled))
       end subroutine add_foundations
    end subroutine measure_balance
-
-   !> Rounding error of all foundations' forces, from that of positions.
-   pure real(wp) function position_noise(problem) result(noise)
-      type(problem_t), intent(in) :: problem
-      noise = problem%ground%stiffest * rounding_gap(problem) * count(problem%ground%founded)
-   end function position_noise
 
    !> Part of an error beyond rounding.
    pure real(wp) function beyond(error, noise)

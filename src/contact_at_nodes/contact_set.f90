@@ -224,7 +224,7 @@ contains
       ! Contact may pass from one obstacle to another at the same node.
       may = (with_neighbours(problem, wrong, round) .or. wrong_at(problem%candidates%node)) .and. .not. in_doubt
       do c = 1, size(may)
-         if (.not. can_act(system, c) .or. problem%candidates%bilateral(c)) may(c) = .false.
+         if (.not. abs(system%slope(c)) > 0.0_wp .or. problem%candidates%bilateral(c)) may(c) = .false.
          ! On a horizontal segment of its law a reaction is constant. It can become zero only from the first segment.
          if (system%soft(c) .and. .not. system%spring(c) > 0.0_wp) may(c) = .false.
       end do
@@ -264,11 +264,4 @@ contains
       overlap = min(overlap, max(reaction_tolerance * system%force_scale / max(system%spring(candidate), tiny(overlap)), &
          & system%gap_error))
    end function overlap_allowed
-
-   !> True if the obstacle can exert a reaction on the candidate's node; false if supports carry the whole reaction (see may_react).
-   pure logical function can_act(system, candidate)
-      type(system_t), intent(in) :: system
-      integer, intent(in) :: candidate
-      can_act = abs(system%slope(candidate)) > 0.0_wp
-   end function can_act
 end module contact_set

@@ -144,7 +144,10 @@ contains
                call sample_element()
             else if (monitor%place <= from + (at(2) - at(1)) .or. i == size(monitor%element)) then
                s = min(monitor%place - from, at(2) - at(1))
-               call see_place(segment, at(1) + s)
+               ! At the end of the range the element before it is used, so that a point at a node lies on the side of the monitor's
+               ! elements.
+               call find_point(problem, state, segment, at(1) + s, place%element, place%tau)
+               value = section_value(problem, state, place%element, place%tau, monitor%component)
                place%s = monitor%place
                exit
             end if
@@ -171,15 +174,6 @@ contains
          end associate
       end subroutine set_sense
 
-      !> The quantity at a coordinate along a rod segment. At the end of the range the element before it is used, so that a point at
-      !> a node lies on the side of the monitor's elements.
-      subroutine see_place(segment, coordinate)
-         integer, intent(in) :: segment
-         real(wp), intent(in) :: coordinate
-         call find_point(problem, state, segment, coordinate, place%element, place%tau)
-         value = section_value(problem, state, place%element, place%tau, monitor%component)
-      end subroutine see_place
-
       !> Samples the parts of the mesh that lie in the present element of the deck.
       subroutine sample_element()
          real(wp), allocatable :: tau(:), there(:)
@@ -195,10 +189,11 @@ contains
          do k = first(1), first(2)
             e = problem%along(k)
             associate (low => merge(ends(1), 0.0_wp, k == first(1)), high => merge(ends(2), 1.0_wp, k == first(2)))
-               n = places_in(problem, e)
+               ! A section force, a polynomial of the element's order, has at most one extreme in two of these intervals.
+               n = 2 * max(problem%model%mesh%stages(e), 1)
                tau = [(low + j * ((high - low) / n), j=0, n)]
                there = abs(section_values(problem, state, e, tau, monitor%component))
-               ! In two intervals there is at most one extreme: it rises above the places by less than these differ.
+               ! An extreme rises above the places by less than these differ.
                parts = parts + 1
                part(parts) = part_t(e, from, at(1), low, high, (high - low) / n, tau(maxloc(there, 1)), maxval(there), &
                   & maxval(there) + maxval(abs(there(2:) - there(:n))))
@@ -258,14 +253,6 @@ contains
          element = e
       end do
    end subroutine largest_strain
-
-   !> Number of intervals of an element, so short that a section force, a polynomial of the element's order, has at most one extreme
-   !> in two of them.
-   pure integer function places_in(problem, e) result(n)
-      type(problem_t), intent(in) :: problem
-      integer, intent(in) :: e
-      n = 2 * max(problem%model%mesh%stages(e), 1)
-   end function places_in
 
    !> Value of the number at a state.
    real(wp) function value_there(self, problem, state) result(value)

@@ -78,7 +78,7 @@ contains
       integer :: i
       call hdf5_group(file, group)
       call hdf5_attribute(file, group, 'name', step%name)
-      call hdf5_attribute(file, group, 'stress_free_start', merge(1, 0, starts_anew(step)))
+      call hdf5_attribute(file, group, 'stress_free_start', merge(1, 0, size(step%mode_offset) > 0))
       associate (load => step%load)
          at = where_any(abs(load%node_force) > 0.0_wp)
          if (size(at) > 0) then
@@ -132,12 +132,6 @@ contains
             & 'towards it')
       end associate
    end subroutine write_step_loads
-
-   !> True for a step that starts from the stress-free structure, without the results of earlier steps.
-   pure logical function starts_anew(step)
-      type(step_t), intent(in) :: step
-      starts_anew = size(step%mode_offset) > 0
-   end function starts_anew
 
    !> Writes the group /sets: the nodes of each set.
    subroutine write_sets(file, model)

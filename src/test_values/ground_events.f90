@@ -194,7 +194,7 @@ contains
          integer, intent(in) :: number
          integer :: side, whole, kept
          do whole = 1, size(other)
-            if (overlap_length(there(number), other(whole)) <= 0.0_wp) cycle
+            if (min(there(number)%end, other(whole)%end) <= max(there(number)%start, other(whole)%start)) cycle
             kept = findloc(partner, whole, 1)
             if (kept == 0) cycle
             side = sign(1, kept - number)
@@ -237,12 +237,6 @@ contains
          if (closed > 0.0_wp) free_to = min(free_to, 0.5_wp * (region%start + region%end + closed))
       end function free_to
    end subroutine append_unmatched
-
-   !> Length common to two regions; negative if they do not overlap.
-   pure real(wp) function overlap_length(a, b)
-      type(region_t), intent(in) :: a, b
-      overlap_length = min(a%end, b%end) - max(a%start, b%start)
-   end function overlap_length
 
    !> Orders of the gap's roots at the ends of the event's part of the chain: the smaller order of both states.
    subroutine find_roots(problem, from, to, event)
