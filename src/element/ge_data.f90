@@ -2,6 +2,7 @@
 !> Gauss points and foundations.
 module ge_data
    use kinds, only: wp
+   use gauss_tableau, only: max_stages
    use rod_geometry, only: element_geometry_t
    use rod_load, only: ge_load_t
    use rod_compliance, only: ge_stiffness_t
@@ -15,6 +16,7 @@ module ge_data
       type(ge_stiffness_t) :: compliance
       type(ge_load_t) :: load
       real(wp) :: u(6) = 0.0_wp                   !! node displacements (u, v, rotation) twice
-      real(wp), allocatable :: z(:)               !! (ge_size) stored unknowns
+      integer :: unknowns = 0                     !! number of stored unknowns, see ge_size
+      real(wp) :: z(3 + 3 * max_stages) = 0.0_wp  !! (unknowns) stored unknowns; zero after the last one
    end type ge_data_t
 end module ge_data

@@ -206,7 +206,7 @@ contains
       subroutine condense()
          integer :: i, l
          op(1:3, :) = transpose(ends(:ge_columns, :))
-         do l = 1, size(element%z) - 3
+         do l = 1, element%unknowns - 3
             op(3 + l, :) = change(by_nx, l) * ends(:ge_columns, 1) + change(by_ny, l) * ends(:ge_columns, 2) + &
                & change(by_m, l) * ends(:ge_columns, 3)
             op(3 + l, 3) = op(3 + l, 3) + change(by_rotation, l)

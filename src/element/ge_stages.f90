@@ -45,7 +45,7 @@ contains
          a%s = s
          a%h = h
          a%hc = h * element%g%scale
-         a%stored = size(z) > 3 + s
+         a%stored = element%unknowns > 3 + s
          a%pressed = a%stored .and. (abs(load%pressure) > 0.0_wp .or. abs(load%pressure_rate) > 0.0_wp .or. &
             & any(abs(load%gradient) > 0.0_wp) .or. any(abs(load%gradient_rate) > 0.0_wp))
          do i = 1, s
@@ -152,7 +152,7 @@ contains
       integer, intent(in) :: i
       real(wp) :: nn(2), rate(2)
       associate (s => tab%stages, z => element%z)
-         if (size(z) > 3 + s) then
+         if (element%unknowns > 3 + s) then
             nn = z(2 + s + 2 * i:3 + s + 2 * i)
          else
             call line_before(tab, element%load, i, nn, rate)

@@ -32,8 +32,9 @@ module state_transfer
    type :: kept_t
       type(profile_t) :: profile                !! dense output of an element
       type(lying_t) :: lying                    !! dense output of a conforming element
-      integer :: directed = 0                   !! element to which `rho` belongs; 0: none
-      real(wp) :: rho(2, max_stages) = 0.0_wp   !! directions of the cross sections at the element's stages
+      integer :: directed = 0                   !! element to which `ge` and `rho` belong; 0: none
+      type(ge_data_t) :: ge                     !! the element with its loads, displacements and stored unknowns
+      real(wp) :: rho(2, max_stages) = 0.0_wp   !! directions of the cross sections at its stages
    end type kept_t
 
 contains
@@ -380,17 +381,18 @@ contains
       real(wp), intent(in) :: tau
       type(kept_t), intent(inout) :: kept       !! data of the same state
       real(wp), intent(out) :: resultant(3)
-      type(ge_data_t) :: element
       real(wp) :: span(2), on_ground(3)
       if (problem%conforms(e) > 0) then
          call conforming_resultant(problem, state, e, tau, kept%lying, resultant)
          return
       end if
-      element = ge_at(problem, state, e)
       associate (tab => problem%tableau(problem%model%mesh%stages(e)))
-         if (e /= kept%directed) kept%rho = ge_directions(tab, element)
-         kept%directed = e
-         call ge_between(tab, element, kept%rho, tau, span, resultant)
+         if (e /= kept%directed) then
+            kept%ge = ge_at(problem, state, e)
+            kept%rho = ge_directions(tab, kept%ge)
+            kept%directed = e
+         end if
+         call ge_between(tab, kept%ge, kept%rho, tau, span, resultant)
       end associate
       if (.not. problem%ground%founded(e)) return
       ! The moment follows from the displacements, which Newton's method has made more accurate than the stored section forces.

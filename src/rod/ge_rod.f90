@@ -154,7 +154,7 @@ contains
       integer :: i, s, z
       element = ge_at(problem, state, e)
       s = problem%model%mesh%stages(e)
-      z = size(element%z)
+      z = element%unknowns
       k = 0.0_wp
       shift = 0.0_wp
       associate (g => element%g, tab => problem%tableau(s), load => element%load, flexible => element%compliance)

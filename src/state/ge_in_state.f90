@@ -20,7 +20,8 @@ contains
       element%compliance = element_compliance(problem, state, e)
       element%load = element_load(problem, state, e)
       element%u = element_displacement(problem, state, e)
-      element%z = state%z(:problem%z_size(e), e)
+      element%unknowns = problem%z_size(e)
+      element%z(:element%unknowns) = state%z(:element%unknowns, e)
    end function ge_at
 
    !> Force and moment at one end, global axes, without the forces of foundations along the element.
