@@ -19,7 +19,7 @@ module lemke
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kinds, only: wp
    use lapack, only: dgetrf, dgetrs, dpotrf, dpotrs
-   use golden_section, only: golden
+   use minimum_search, only: golden
    use lcp_basis, only: scaled_lcp_t, basis_t, start, invert, exchange, evaluate_basis, least_row, blocking_row
    implicit none
    private

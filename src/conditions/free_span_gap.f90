@@ -9,7 +9,7 @@ module free_span_gap
    use obstacle_geometry, only: obstacle_gap
    use obstacle_pose, only: pose_t
    use state_transfer, only: find_point
-   use golden_section, only: golden_section_t, sections_to_rounding
+   use minimum_search, only: minimum_search_t, to_rounding
    implicit none
    private
    public :: gap_at, least_gap
@@ -259,16 +259,24 @@ contains
       type(sampled_gap_t), intent(in) :: line
       integer, intent(in) :: i
       real(wp), intent(out) :: value, place
-      type(golden_section_t) :: search
-      call search%begin(line%at(max(i - 1, 1)), line%at(min(i + 1, size(line%at))), sections_to_rounding)
+      type(minimum_search_t) :: search
+      integer :: before, after
+      before = max(i - 1, 1)
+      after = min(i + 1, size(line%at))
+      ! Beside a symmetry plane from which the gap rises, and beside contact, rounding causes minima; these do not count. Inside,
+      ! the minimum of a parabola is not farther below the sample than the higher neighbour is above.
+      value = line%gap(i)
+      place = line%at(i)
+      if (before < i .and. i < after .and. max(line%gap(before), line%gap(after)) - value <= rounding_gap(problem)) return
+      call search%begin(line%at(before), line%at(after), to_rounding)
       do while (search%asks(place))
          call search%tell(gap_along(problem, state, profile, line, place))
       end do
-      value = search%least
-      ! Beside a symmetry plane from which the gap rises, rounding causes minima; these do not count.
-      if (value < line%gap(i) - rounding_gap(problem)) return
-      value = line%gap(i)
-      place = line%at(i)
+      if (search%least < value - rounding_gap(problem)) then
+         value = search%least
+      else
+         place = line%at(i)
+      end if
    end subroutine find_minimum
 
    !> Gap at a coordinate along the rod segment.

@@ -11,13 +11,13 @@ module line_pressure
    use contact_spans, only: contact_span_t
    use lifted_node, only: holding_density
    use state_transfer, only: find_point
-   use golden_section, only: golden_section_t, golden
+   use minimum_search, only: minimum_search_t
    implicit none
    private
    public :: pressure_t, sample_line, least_pressure, virtual_pressure
 
-   integer, parameter :: sections = 24          !! number of golden sections of the interval between the neighbours of a least
-   !! sample: they reduce the interval to 1e-5 of its length
+   real(wp), parameter :: near = 1.0e-5_wp      !! accuracy of the place of a least density, as a part of the interval between the
+   !! neighbours of a least sample
 
    !> Density of the obstacle's force, sampled along a line contact.
    type :: pressure_t
@@ -65,7 +65,7 @@ contains
             ! the rotation is fixed, it has no slope, but for the errors of splines.
             if (before == i .or. after == i) then
                if (keeps_rotation(problem, line, merge(1, 2, before == i))) cycle
-               place = at(i) + golden**sections * (at(before) + at(after) - 2.0_wp * at(i))
+               place = at(i) + near * (at(before) + at(after) - 2.0_wp * at(i))
                if (density_at(problem, state, line, place, kept) >= density(i)) cycle
             end if
             place = least_between(problem, state, line, at(before), at(after), kept)
@@ -103,15 +103,15 @@ contains
       n = n + 1
    end subroutine insert
 
-   !> Position of the least density between two positions, by golden section.
+   !> Position of the least density between two positions.
    real(wp) function least_between(problem, state, line, first, last, kept) result(place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(contact_span_t), intent(in) :: line
       real(wp), intent(in) :: first, last
       type(lying_t), intent(inout) :: kept                !! as in conforming_forces
-      type(golden_section_t) :: search
-      call search%begin(first, last, sections)
+      type(minimum_search_t) :: search
+      call search%begin(first, last, near)
       do while (search%asks(place))
          call search%tell(density_at(problem, state, line, place, kept))
       end do

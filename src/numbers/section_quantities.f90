@@ -13,7 +13,7 @@ module section_quantities
    use rod_profile, only: profile_t, new_profile, profile_angle
    use node_rates, only: resultants_on_ground
    use state_transfer, only: find_point
-   use golden_section, only: golden_section_t, sections_to_rounding
+   use minimum_search, only: minimum_search_t, to_rounding
    use linear_system, only: system_t
    use local_differences, only: local_number_t, linearised
    use state_functional, only: functional_t, section_place_t
@@ -204,10 +204,10 @@ contains
       !> Searches beside the largest of the values in a part for a larger one.
       subroutine search_part(in)
          type(part_t), intent(in) :: in
-         type(golden_section_t) :: search
+         type(minimum_search_t) :: search
          real(wp) :: tau
          call take(in, in%tau, in%best)
-         call search%begin(max(in%low, in%tau - in%step), min(in%high, in%tau + in%step), sections_to_rounding)
+         call search%begin(max(in%low, in%tau - in%step), min(in%high, in%tau + in%step), to_rounding)
          do while (search%asks(tau))
             call search%tell(-magnitude(in%element, tau))
          end do

@@ -16,7 +16,7 @@ module span_start
    use rod_geometry, only: geometry_t, new_geometry
    use obstacle_geometry, only: obstacle_gap
    use reference_curve, only: curve_point
-   use golden_section, only: golden_section_t, sections_to_rounding
+   use minimum_search, only: minimum_search_t, to_rounding
    implicit none
    private
    public :: prepare_spans, begin_spans
@@ -261,22 +261,28 @@ contains
       end do
    end function find_initial_contacts
 
-   !> Samples the gap at the deck's nodes along a rod segment, and its minimum inside each element.
+   !> Samples the gap at the deck's nodes along a rod segment, and at the minimum inside an element if there is one. The gap is
+   !> assumed to have only one minimum in an element.
    subroutine sample_gap(problem, contact, rod_segment, at, gap)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: contact, rod_segment
       real(wp), allocatable, intent(out) :: at(:)    !! coordinates along the rod segment, increasing
       real(wp), allocatable, intent(out) :: gap(:)
-      real(wp) :: inside, place
+      real(wp) :: place, last
       integer :: k, n
       associate (whole => problem%layout%rod_segment(rod_segment))
          allocate (at(2 * size(whole%element) + 1), gap(2 * size(whole%element) + 1))
          n = 0
          call keep(whole%at(1), gap_at(problem, contact, whole%element(1), 0.0_wp))
          do k = 1, size(whole%element)
-            call least_inside(problem, contact, whole%element(k), place, inside)
-            associate (last => gap_at(problem, contact, whole%element(k), 1.0_wp))
-               if (inside < min(gap(n), last)) call keep(whole%at(k) + place * (whole%at(k + 1) - whole%at(k)), inside)
+            associate (e => whole%element(k))
+               last = gap_at(problem, contact, e, 1.0_wp)
+               ! There is a minimum inside if the gap falls from both ends, by more than rounding.
+               if (gap_at(problem, contact, e, to_rounding) < gap(n) .and. &
+                  & gap_at(problem, contact, e, 1.0_wp - to_rounding) < last) then
+                  place = least_inside(problem, contact, e)
+                  call keep(whole%at(k) + place * (whole%at(k + 1) - whole%at(k)), gap_at(problem, contact, e, place))
+               end if
                call keep(whole%at(k + 1), last)
             end associate
          end do
@@ -294,19 +300,16 @@ contains
       end subroutine keep
    end subroutine sample_gap
 
-   !> Finds the minimum of the gap inside an element; the gap is assumed to have only one minimum there.
-   subroutine least_inside(problem, contact, e, place, least)
+   !> Place of the least gap inside an element, 0 to 1.
+   real(wp) function least_inside(problem, contact, e) result(place)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: contact, e
-      real(wp), intent(out) :: place                 !! place, 0 to 1 of the element
-      real(wp), intent(out) :: least
-      type(golden_section_t) :: search
-      call search%begin(0.0_wp, 1.0_wp, sections_to_rounding)
+      type(minimum_search_t) :: search
+      call search%begin(0.0_wp, 1.0_wp, to_rounding)
       do while (search%asks(place))
          call search%tell(gap_at(problem, contact, e, place))
       end do
-      least = search%least
-   end subroutine least_inside
+   end function least_inside
 
    !> Gap at a position of an element of the deck.
    real(wp) function gap_at(problem, contact, e, tau) result(gap)
