@@ -17,6 +17,8 @@ ROOTS = ("path_state:path_state_t", "problem:problem_t", "path_outcome:outcome_t
 # Large, and the same in many places: stored once.
 SHARED = {"model_t", "layout_t", "numbering_t", "tie_pattern_t", "candidates_t", "coupling_t", "ground_t", "load_t", "geometry_t", "step_t",
           "tableau_t", "system_t", "problem_t", "obstacle_t", "mesh_t", "state_t", "ge_stiffness_t"}
+# Made again from the problem by the first use after a restart: left out.
+DERIVED = {"enriched_problem_t"}
 SIMPLE = {"integer": "integers", "real(wp)": "reals", "logical": "logicals"}
 
 
@@ -73,6 +75,11 @@ def split(text):
     return [part.strip() for part in parts]
 
 
+def left_out(declared):
+    """True for components that are not archived, from the text before their names."""
+    return "pointer" in declared or any(f"type({name})" in declared for name in DERIVED)
+
+
 class Writer:
     def __init__(self, modules):
         self.modules, self.done, self.order, self.text = modules, {}, [], []
@@ -99,7 +106,7 @@ class Writer:
             self.visit(definition["parent"], key[0])
         for component in definition["components"]:
             declared = component.split("::")[0]
-            if "pointer" in declared:
+            if left_out(declared):
                 continue
             for inner in re.findall(r"type\((\w+)\)", declared):
                 self.visit(inner, key[0])
@@ -118,7 +125,7 @@ class Writer:
             declared, names = component.split("::")
             words = split(declared)
             kind, more = words[0], words[1:]
-            if "pointer" in more:
+            if left_out(declared):
                 continue
             dimension = next((word[10:-1] for word in more if word.startswith("dimension(")), "")
             for part in split(names):

@@ -120,6 +120,7 @@ contains
       type(attempt_t), intent(out) :: attempt
       type(outcome_t), intent(inout) :: outcome
       call exchange_path(saved%archive, problem, run, attempt, outcome)
+      call run%mesh%enriched%forget()
       call clear_end(outcome)
       if (saved%changed) call change_path(saved, problem, run, attempt)
    end subroutine restore_run
