@@ -7,7 +7,7 @@ module rod_geometry
    use model, only: model_t, curve_t, imperfection_t
    use element_families, only: collocates, follows_curves
    use gauss_tableau, only: tableau_t, max_stages, new_tableau
-   use reference_curve, only: curve_point, curve_length, curve_abscissa
+   use reference_curve, only: curve_point, curve_excess, curve_length, curve_abscissa
    implicit none
    private
    public :: geometry_t, element_geometry_t, curve_angle, new_geometry, with_other_stages, shift_nodes
@@ -15,6 +15,7 @@ module rod_geometry
    !> Stress-free geometry of one element.
    type :: element_geometry_t
       real(wp) :: s(2) = 0.0_wp               !! nominal coordinates of both ends; 0 for elements on no curve
+      real(wp) :: excess(2) = 0.0_wp          !! curve_excess at the first end; 0 for elements on no curve
       real(wp) :: length = 0.0_wp             !! stress-free length
       real(wp) :: scale = 1.0_wp              !! C of the GE element
       real(wp) :: chord(2) = 0.0_wp           !! node 2 minus node 1
@@ -141,7 +142,8 @@ contains
          return
       end if
       associate (curve => model%curve(c))
-         g%length = curve_length(curve, model%imperfection, s(1), s(2))
+         g%excess = curve_excess(curve, model%imperfection, s(1))
+         g%length = curve_length(curve, model%imperfection, s(1), s(2), g%excess)
          do i = 1, 2
             g%end_angle(i) = curve_angle(curve, model%imperfection, s(i))
          end do
@@ -184,7 +186,7 @@ contains
       associate (curve => model%curve(model%mesh%curve(e)))
          quadrature = 0.0_wp
          do i = 1, tab%stages
-            g%at(i) = curve_abscissa(curve, model%imperfection, g%s(1), tab%c(i) * g%length)
+            g%at(i) = curve_abscissa(curve, model%imperfection, g%s(1), tab%c(i) * g%length, g%excess)
             g%angle(i) = curve_angle(curve, model%imperfection, g%at(i))
             quadrature = quadrature + tab%b(i) * [cos(g%angle(i)), sin(g%angle(i))]
          end do

@@ -54,7 +54,7 @@ contains
       real(wp) :: speed
       associate (curve => problem%model%curve(problem%model%mesh%curve(e)), g => state%geometry%element(e))
          call curve_point(curve, problem%model%imperfection, curve_abscissa(curve, problem%model%imperfection, g%s(1), &
-            & tau * g%length), x, angle, speed)
+            & tau * g%length, g%excess), x, angle, speed)
       end associate
    end subroutine home_at
 end module ground_density

@@ -37,6 +37,7 @@ module rod_profile
       integer :: degree = 0
       real(wp) :: stretch = 1.0_wp              !! extension ratio of the unstressed rod by heat
       real(wp) :: s = 0.0_wp, length = 0.0_wp   !! nominal coordinate of the first end; stress-free length
+      real(wp) :: excess(2) = 0.0_wp            !! curve_excess at the first end
       logical :: curved = .false.               !! true: the stress-free axis may differ from its polynomial
       real(wp) :: axis(2, 0:max_stages) = 0.0_wp     !! polynomial of the stress-free axis
       real(wp) :: moved(2, 0:max_stages) = 0.0_wp    !! polynomial of the displacements
@@ -91,6 +92,7 @@ contains
       profile%curved = deviates(problem, e)
       associate (g => state%geometry%element(e), node => problem%model%mesh%node(:, e), tab => problem%tableau(s))
          profile%s = g%s(1)
+         profile%excess = g%excess
          profile%length = g%length
          profile%axis(:, 0) = state%geometry%x(:, node(1))
          home(1, :s) = cos(g%angle(:s))
@@ -143,6 +145,7 @@ contains
       profile%element = e
       profile%stretch = 1.0_wp + element%load%strain
       profile%s = geometry%s(1)
+      profile%excess = geometry%excess
       profile%length = geometry%length
       profile%axis(:, 0) = start
       profile%moved(:, 0) = element%u(1:2)
@@ -380,7 +383,8 @@ contains
       angle = geometry%end_angle(1)
       if (problem%model%mesh%curve(e) == 0 .or. .not. follows_curves(problem%model%mesh%family(e))) return
       associate (curve => problem%model%curve(problem%model%mesh%curve(e)), imperfections => problem%model%imperfection)
-         angle = curve_angle(curve, imperfections, curve_abscissa(curve, imperfections, geometry%s(1), tau * geometry%length))
+         angle = curve_angle(curve, imperfections, curve_abscissa(curve, imperfections, geometry%s(1), tau * geometry%length, &
+            & geometry%excess))
       end associate
    end function home_angle
 
@@ -472,8 +476,8 @@ contains
       type(element_geometry_t), intent(in) :: geometry !! geometry of the element
       integer, intent(in) :: e
       real(wp), intent(in) :: s                     !! nominal coordinate between those of the element's ends
-      tau = curve_length(problem%model%curve(problem%model%mesh%curve(e)), problem%model%imperfection, geometry%s(1), s) / &
-         & geometry%length
+      tau = curve_length(problem%model%curve(problem%model%mesh%curve(e)), problem%model%imperfection, geometry%s(1), s, &
+         & geometry%excess) / geometry%length
    end function element_place
 
    !> True if the stress-free axis may differ from its polynomial.
@@ -510,7 +514,7 @@ contains
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
       s = curve_abscissa(problem%model%curve(problem%model%mesh%curve(profile%element)), problem%model%imperfection, &
-         & profile%s, tau * profile%length)
+         & profile%s, tau * profile%length, profile%excess)
    end function abscissa
 
    !> Rotation at a position in the element.

@@ -257,7 +257,7 @@ contains
          & g => state%geometry%element(e))
          bend(0) = curve%curvature
          if (curve%imperfection == 0 .and. .not. allocated(curve%path)) return
-         s = curve_abscissa(curve, imperfection, g%s(1), tau * g%length)
+         s = curve_abscissa(curve, imperfection, g%s(1), tau * g%length, g%excess)
          step = epsilon(step) * (g%s(2) - g%s(1))
          call curve_bend(curve, imperfection, min(max(s, g%s(1) + step), g%s(2) - step), bend(0), bend(1))
          step = epsilon(step)**(1.0_wp / 3.0_wp) * (g%s(2) - g%s(1))

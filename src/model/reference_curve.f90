@@ -9,7 +9,7 @@ module reference_curve
       & table_points
    implicit none
    private
-   public :: measure_curves, curve_point, curve_bend, curve_length, curve_abscissa, curve_goes_on
+   public :: measure_curves, curve_point, curve_bend, curve_excess, curve_length, curve_abscissa, curve_goes_on
    public :: path_point, is_straight, curve_scale
 
 contains
@@ -213,37 +213,59 @@ contains
       rate = more / (1.0_wp + sqrt(1.0_wp + more))
    end function excess_rate
 
+   !> Excess of the true length over the nominal coordinate, from a point common to all places, and its derivative there.
+   pure function curve_excess(curve, imperfections, s) result(excess)
+      type(curve_t), intent(in) :: curve        !! measured
+      type(imperfection_t), intent(in) :: imperfections(:)
+      real(wp), intent(in) :: s
+      real(wp) :: excess(2)
+      excess = 0.0_wp
+      if (curve%imperfection > 0) call table_value(imperfections(curve%imperfection)%table(curve%table), curve%offset + s, &
+         & excess(1), excess(2))
+   end function curve_excess
+
    !> True length of the curve between two nominal coordinates.
-   pure function curve_length(curve, imperfections, from, to) result(length)
+   pure function curve_length(curve, imperfections, from, to, excess) result(length)
       type(curve_t), intent(in) :: curve        !! measured
       type(imperfection_t), intent(in) :: imperfections(:)
       real(wp), intent(in) :: from, to
-      real(wp) :: length
+      real(wp), intent(in), optional :: excess(2) !! curve_excess at `from`, if known
+      real(wp) :: length, before
       length = to - from
       if (curve%imperfection == 0) return
       associate (table => imperfections(curve%imperfection)%table(curve%table))
-         length = length + (table_excess(table, curve%offset + to) - table_excess(table, curve%offset + from))
+         if (present(excess)) then
+            before = excess(1)
+         else
+            before = table_excess(table, curve%offset + from)
+         end if
+         length = length + (table_excess(table, curve%offset + to) - before)
       end associate
    end function curve_length
 
    !> Nominal coordinate of the point that lies `length` of true arc length after `from` (Newton on curve_length).
-   pure function curve_abscissa(curve, imperfections, from, length) result(s)
+   pure function curve_abscissa(curve, imperfections, from, length, excess) result(s)
       type(curve_t), intent(in) :: curve        !! measured
       type(imperfection_t), intent(in) :: imperfections(:)
       real(wp), intent(in) :: from, length
-      real(wp) :: s, before, after, first, rate, step
+      real(wp), intent(in), optional :: excess(2) !! curve_excess at `from`, if known
+      real(wp) :: s, start(2), after, rate, step
       integer :: iteration
       s = from + length
       if (curve%imperfection == 0) return
+      if (present(excess)) then
+         start = excess
+      else
+         start = curve_excess(curve, imperfections, from)
+      end if
       associate (table => imperfections(curve%imperfection)%table(curve%table))
-         call table_value(table, curve%offset + from, before, first)
-         s = from + length / (1.0_wp + first)
+         s = from + length / (1.0_wp + start(2))
          do iteration = 1, 20
             call table_value(table, curve%offset + s, after, rate)
-            step = ((length - (s - from)) - (after - before)) / (1.0_wp + rate)
+            step = ((length - (s - from)) - (after - start(1))) / (1.0_wp + rate)
             s = s + step
             ! The error after this step is half its square times the derivative of the rate, which has changed by about this much.
-            if (step**2 * (abs(rate - first) * abs(length) + abs(step)) <= 0.1_wp * epsilon(s) * abs(length)**3) exit
+            if (step**2 * (abs(rate - start(2)) * abs(length) + abs(step)) <= 0.1_wp * epsilon(s) * abs(length)**3) exit
          end do
       end associate
    end function curve_abscissa

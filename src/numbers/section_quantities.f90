@@ -109,7 +109,7 @@ contains
       if (.not. varies(section)) return
       allocate (sample(size(problem%model%distribution)), source=0.0_wp)
       associate (model => problem%model, g => state%geometry%element(e), c => problem%model%mesh%curve(e))
-         s = curve_abscissa(model%curve(c), model%imperfection, g%s(1), tau * g%length)
+         s = curve_abscissa(model%curve(c), model%imperfection, g%s(1), tau * g%length, g%excess)
          call curve_point(model%curve(c), model%imperfection, s, x, angle, speed)
          ! Distributions of loads are not needed, and a formula takes longer than all the rest.
          do k = 1, size(sample)

@@ -98,7 +98,7 @@ contains
             stages = model%mesh%stages(element)
             call curve_point(curve, model%imperfection, g%s(1), start, angle, speed)
             do k = 1, n_knots
-               s = curve_abscissa(curve, model%imperfection, g%s(1), ground%knot(k) * g%length)
+               s = curve_abscissa(curve, model%imperfection, g%s(1), ground%knot(k) * g%length, g%excess)
                call curve_point(curve, model%imperfection, s, x, angle, speed)
                call stage_basis(tableau(stages), ground%knot(k), basis)
                span = 0.0_wp
