@@ -50,31 +50,28 @@ contains
    end subroutine misfit
 
    !> Condition at a touchdown point.
+   !>
+   !> The end of a line contact, where the rod has the obstacle's direction, is where the moment is continuous. A point contact of
+   !> force T can be located by the moment or by the least gap: dM = T ds for the moment M, dg' = g'' ds for the slope g' of the gap
+   !> along the rod s. The errors of the two positions have the ratio of EI g'' to T L (L: size of the structure), and the more
+   !> accurate position is used.
    type(touchdown_t) function touchdown_at(problem, state, c) result(at)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c              !! candidate
-      at%by_moment = located_by_moment(problem, state, c)
-      call measure_error(problem, state, c, at%by_moment, at%error, at%slope)
-   end function touchdown_at
-
-   !> True for a touchdown point whose position follows from continuity of the moment, false for one that follows from the least
-   !> gap. The end of a line contact, where the rod has the obstacle's direction, is of the first kind. A point contact of force T
-   !> can be located by either condition: dM = T ds for the moment M, dg' = g'' ds for the slope g' of the gap along the rod s. The
-   !> errors of the two positions have the ratio of EI g'' to T L (L: size of the structure), and the more accurate position is
-   !> used.
-   logical function located_by_moment(problem, state, c) result(by_moment)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: c              !! candidate
       real(wp) :: excess, extension
-      by_moment = problem%candidates%follows(c) .and. problem%candidates%moves(c)
-      if (by_moment .or. .not. problem%candidates%moves(c)) return
+      if (.not. problem%candidates%moves(c)) return
+      call jumps(problem, state, c, at%error, at%slope)
+      at%by_moment = problem%candidates%follows(c)
+      if (at%by_moment) return
       call excess_curvature(problem, state, c, excess, extension)
       associate (flexibility => problem%compliance(problem%candidates%element(1, c))%bending)
-         by_moment = abs(point_force(problem, state, c)) * flexibility * problem%size >= abs(excess)
+         at%by_moment = abs(at%slope) * flexibility * problem%size >= abs(excess)
       end associate
-   end function located_by_moment
+      if (at%by_moment) return
+      at%error = slope_error(problem, state, c)
+      at%slope = excess
+   end function touchdown_at
 
    !> Residual of a touchdown point's condition and its decrease along the rod, as in touchdown_t.
    subroutine measure_error(problem, state, c, by_moment, error, slope)
@@ -83,20 +80,37 @@ contains
       integer, intent(in) :: c              !! candidate
       logical, intent(in) :: by_moment           !! as in touchdown_t
       real(wp), intent(out) :: error, slope
-      real(wp) :: local(3, 2), extension, sense
+      real(wp) :: extension
       error = 0.0_wp
       slope = 0.0_wp
       if (.not. problem%candidates%moves(c)) return
       if (by_moment) then
-         local = forces_beside(problem, state, c)
-         error = local(3, 1) - local(3, 2)
-         slope = local(2, 1) - local(2, 2)
+         call jumps(problem, state, c, error, slope)
       else
          call excess_curvature(problem, state, c, slope, extension)
-         sense = track_sense(problem, state, c, node_track(problem, state, c))
-         error = -sense * track_rotation(problem, state, c)
+         error = slope_error(problem, state, c)
       end if
    end subroutine measure_error
+
+   !> Jumps of the moment and of the shear force at a touchdown point.
+   subroutine jumps(problem, state, c, moment, shear)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: c              !! candidate
+      real(wp), intent(out) :: moment, shear
+      real(wp) :: local(3, 2)
+      local = forces_beside(problem, state, c)
+      moment = local(3, 1) - local(3, 2)
+      shear = local(2, 1) - local(2, 2)
+   end subroutine jumps
+
+   !> Slope of the gap along the rod at a point contact, over the extension ratio, with the sign of touchdown_t.
+   real(wp) function slope_error(problem, state, c) result(error)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: c              !! candidate
+      error = -track_sense(problem, state, c, node_track(problem, state, c)) * track_rotation(problem, state, c)
+   end function slope_error
 
    !> Quotient of error and slope; zero for a zero slope.
    elemental real(wp) function quotient(error, slope)
