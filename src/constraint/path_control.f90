@@ -338,7 +338,8 @@ contains
       end if
    end function displacement_between
 
-   !> Transfers the start and the control of an increment to the material points at the nodes of an iterate.
+   !> Transfers the start and the control of an increment to the material points at the nodes of an iterate. The tangent is
+   !> transferred for constraints that contain it at every iterate; the others contain it at the start only.
    subroutine follow_nodes(problem, start, control, state, kept, origin, seen)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
@@ -347,7 +348,7 @@ contains
       type(kept_t), intent(inout) :: kept(:)      !! data of the start, see see_from
       type(state_t), intent(inout) :: origin      !! the start: its displacements become those at the iterate's nodes
       type(control_t), intent(inout) :: seen      !! the control: its tangents are transferred, too
-      if (allocated(control%tangent)) then
+      if (allocated(control%tangent) .and. any(control%method == [method_linearised, method_generalised, method_largest])) then
          call see_from(problem, start, state%geometry, kept, origin%u, control%tangent, seen%tangent)
       else
          call see_from(problem, start, state%geometry, kept, origin%u)
