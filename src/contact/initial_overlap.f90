@@ -6,7 +6,7 @@
 !> the obstacle to its place.
 module initial_overlap
    use kinds, only: wp
-   use golden_section, only: golden_section_t, sections_to_rounding
+   use minimum_search, only: minimum_search_t, to_rounding
    use text, only: to_text, rounded
    use model, only: model_t, contact_t
    use obstacle_geometry, only: obstacle_gap
@@ -136,7 +136,7 @@ contains
       end do
    end subroutine least_gap_of_nodes
 
-   !> Least gap inside the elements between a contact's nodes: several samples and a parabola find the element, golden sections the
+   !> Least gap inside the elements between a contact's nodes: several samples and a parabola find the element, a minimum search the
    !> gap.
    subroutine least_gap_between(model, contact, least, element)
       type(model_t), intent(in) :: model
@@ -145,7 +145,7 @@ contains
       integer, intent(out) :: element
       logical :: candidate(model%mesh%n_nodes)
       real(wp) :: gap(0:samples), low, curvature, tau
-      type(golden_section_t) :: search
+      type(minimum_search_t) :: search
       integer :: e, k, near
       least = huge(least)
       element = 0
@@ -168,7 +168,7 @@ contains
       end do
       if (element == 0) return
       e = element
-      call search%begin(real(near - 1, wp) / samples, real(near + 1, wp) / samples, sections_to_rounding)
+      call search%begin(real(near - 1, wp) / samples, real(near + 1, wp) / samples, to_rounding)
       do while (search%asks(tau))
          call search%tell(gap_at(model, contact, place(tau)))
       end do
