@@ -110,11 +110,10 @@ v, ABOVE, 0.2
 """
 
 
-def test_no_method_that_the_deck_has():
-    """Spans fail on the first increment, which is one of the load in a step by arc length, too."""
-    run = dr.run_deck(in_a_host_of_splines(), code=2)
-    assert "METHOD" not in run.stderr and "arc" not in run.stderr, run.stderr
-    assert "increments were cut to" in run.stderr and "of the load factor" in run.stderr
+def test_a_host_that_begins_inside_the_liner():
+    """The overlap between the nodes is told before the run; a first increment could not push the liner out."""
+    run = dr.run_deck(in_a_host_of_splines(), code=1)
+    assert "behind the obstacle, between its nodes" in run.stderr and "SHRINK" in run.stderr, run.stderr
 
 
 def test_no_method_that_leads_nowhere():

@@ -21,7 +21,7 @@ module problem
    use rod_geometry, only: geometry_t, new_geometry
    use reference_curve, only: curve_length
    use candidates, only: candidates_t, new_candidates
-   use initial_overlap, only: deepest_overlap
+   use initial_overlap, only: deepest_overlap, deepest_start
    use contact_spans, only: contact_span_t
    use obstacle_geometry, only: obstacle_gap
    use ground, only: ground_t, new_ground
@@ -285,10 +285,24 @@ contains
       if (problem%deck_mesh) then
          problem%overlap = [(deepest_overlap(problem%deck, problem%deck%contact(k)), k=1, size(problem%deck%contact))]
          where (problem%overlap <= touching_gap(problem)) problem%overlap = 0.0_wp
+         ! A foundation gives way to a small overlap. The deck allows a deeper one only if the obstacle pushes the structure out.
+         where (.not. (pushed_out(problem%deck) .or. (problem%overlap <= deepest_start(problem%deck) .and. &
+            & problem%deck%obstacle(problem%deck%contact%obstacle)%rigid))) problem%overlap = 0.0_wp
       end if
       problem%candidates%overlap = problem%overlap(problem%candidates%contact)
       problem%ground%chain%overlap = problem%overlap(problem%ground%chain%contact)
    end subroutine derive_problem
+
+   !> (contacts) true: a step has *CONTACT INTERFERENCE, SHRINK for the obstacle.
+   pure function pushed_out(model) result(pushed)
+      type(model_t), intent(in) :: model
+      logical :: pushed(size(model%contact))
+      integer :: i
+      pushed = .false.
+      do i = 1, size(model%step)
+         pushed = pushed .or. abs(model%step(i)%load%resolved(model%contact%obstacle)) > 0.0_wp
+      end do
+   end function pushed_out
 
    !> Nodes that carry obstacles, each once.
    pure function carriers(model) result(carrier)
