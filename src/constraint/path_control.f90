@@ -32,7 +32,7 @@ module path_control
    implicit none
    private
    public :: control_t, control_row, held_by, control_error, held_within, is_arc_length, set_tangent, path_length, metric, &
-      & turning, displacement_between, follow_nodes, can_be_held, holding_value
+      & turning, displacement_between, follow_nodes, can_be_held, holding_value, increment_between
 
    !> Constraint of an increment.
    type :: control_t
@@ -325,6 +325,21 @@ contains
       u = displacement_between(problem, from, to)
       path_length = sqrt(metric(problem, u, u))
    end function path_length
+
+   !> Increment of a strategy between two states: change of the load factor, change of the monitor (its unit), or arc length.
+   pure real(wp) function increment_between(problem, control, from, to) result(increment)
+      type(problem_t), intent(in) :: problem
+      type(control_t), intent(in) :: control
+      type(state_t), intent(in) :: from, to
+      select case (control%method)
+      case (method_load)
+         increment = to%load_factor - from%load_factor
+      case (method_displacement)
+         increment = watched_displacement(problem, to, control%monitor) - watched_displacement(problem, from, control%monitor)
+      case default
+         increment = sqrt(path_length(problem, from, to)**2 + load_weight(control) * (to%load_factor - from%load_factor)**2)
+      end select
+   end function increment_between
 
    !> Displacement between two states, of the material points at the nodes of the second one.
    pure function displacement_between(problem, from, to) result(u)

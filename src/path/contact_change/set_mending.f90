@@ -4,14 +4,18 @@
 module set_mending
    use kinds, only: wp
    use model, only: step_t
-   use problem, only: problem_t
+   use problem, only: problem_t, copy_problem
    use test_kinds, only: span_test_t, any_fails, test_length, test_pressure
    use next_spans, only: next_t, copy_next, go_to_load
    use contact_trials, only: try_sets
    use contact_in_doubt, only: ask_nodes
    use step_off, only: tangent_along
    use entering_contact_set, only: go_to_next, adopt, passes_value
-   use path_state, only: path_state_t
+   use span_tests, only: run_span_tests
+   use path_continuity, only: relate, same_path
+   use mesh_transfer, only: stand_on
+   use trial_request, only: request_t
+   use path_state, only: path_state_t, copy_path_state
    use corner_limit, only: check_return
    use path_outcome, only: outcome_t
    use path_record, only: recorder_t
@@ -47,33 +51,66 @@ contains
       if (.not. (finished .or. allocated(outcome%why))) call check_return(problem, step, run, outcome)
    end subroutine find_other_set
 
-   !> Continues from the run's point, a recorded change of contact, with the set that trials found there. Its first equilibrium is
-   !> near that point and is not recorded; if a value that the deck asks for lies on the way, it is moved nearer.
-   subroutine begin_located(problem, step, run, test, first, recorder, finished, outcome)
+   !> Continues from the run's point, a recorded change of contact, with the set that trials found there, at an equilibrium from
+   !> which increments can go on. This equilibrium is not recorded; if a value that the deck asks for lies on the way, it is moved
+   !> nearer. Where the path leads to it from an equilibrium nearer to the change, the path goes on from that one, and it is the next
+   !> trial, so that events between both are located like those on any increment.
+   subroutine begin_located(problem, step, run, test, first, next, recorder, request, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(span_test_t), intent(in) :: test      !! the test that is zero there
-      type(next_t), intent(inout) :: first       !! first equilibrium of the set, see try_sets
+      type(next_t), intent(in) :: first          !! equilibrium of the set nearest to the change, see try_sets
+      type(next_t), intent(inout) :: next        !! equilibrium from which increments can go on; may be the same
       class(recorder_t), intent(inout) :: recorder
+      type(request_t), intent(inout) :: request  !! receives the next trial, if there is one
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
-      logical :: passes
+      logical :: passes, leads
       integer :: pivots
       finished = .false.
       pivots = run%last%test_values%negative_pivots
-      first%label = '  '
-      call come_before_values(problem, step, run, test%kind == test_pressure, first, passes)
-      if (passes) then
-         call go_to_next(problem, step, run, first, recorder, finished, outcome)
-      else
-         call adopt(problem, run, first)
-         ! Where a line contact has become a point contact, a free span beside it may be in neutral equilibrium, so that its pivot
-         ! has no certain sign; the pivot count with the line contact is kept.
-         run%since_change%shrunk = test%kind == test_length
-         if (run%since_change%shrunk) run%last%test_values%negative_pivots = pivots
+      call begin_nearer(problem, step, run, first, next, request, leads)
+      if (.not. leads) then
+         call come_before_values(problem, step, run, test%kind == test_pressure, next, passes)
+         if (passes) then
+            call go_to_next(problem, step, run, next, recorder, finished, outcome)
+            return
+         end if
+         call adopt(problem, run, next)
       end if
+      ! Where a line contact has become a point contact, a free span beside it may be in neutral equilibrium, so that its pivot has
+      ! no certain sign; the pivot count with the line contact is kept.
+      run%since_change%shrunk = test%kind == test_length
+      if (run%since_change%shrunk) run%last%test_values%negative_pivots = pivots
    end subroutine begin_located
+
+   !> Moves the run to the nearest equilibrium of a set on the mesh of another equilibrium of this set, if the path leads from one to
+   !> the other. Nothing changes if it does not: near its begin a contact or free span may grow with a power of the load, so that the
+   !> path turns too fast for an increment.
+   subroutine begin_nearer(problem, step, run, first, next, request, leads)
+      type(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run
+      type(next_t), intent(in) :: first, next    !! the nearest equilibrium and the other one
+      type(request_t), intent(inout) :: request  !! receives the other one as the next trial
+      logical, intent(out) :: leads
+      type(problem_t) :: on
+      type(path_state_t) :: there
+      leads = abs(next%state%load_factor - first%state%load_factor) > 0.0_wp
+      if (leads) leads = .not. passes_value(problem, step, run, first, .true.)
+      if (.not. leads) return
+      call copy_problem(problem, on)
+      call copy_path_state(run, there)
+      call adopt(on, there, first)
+      call stand_on(next%problem, on, there, leads)
+      if (leads) leads = .not. any_fails(run_span_tests(on, there%last%state, max(there%last%system%force_scale, tiny(1.0_wp))))
+      if (leads) leads = same_path(relate(on, there%last%state, next%state, there%last%tangent, next%tangent, .false.))
+      if (.not. leads) return
+      call copy_problem(on, problem)
+      call copy_path_state(there, run)
+      request%ahead = next%path_point_t
+   end subroutine begin_nearer
 
    !> Moves the first equilibrium of a set towards the run's point until no value that the deck asks for lies between them.
    subroutine come_before_values(problem, step, run, smooth, first, passes)

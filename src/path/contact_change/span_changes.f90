@@ -11,12 +11,12 @@ module span_changes
    use model, only: step_t, method_load
    use text, only: to_text
    use problem, only: problem_t, copy_problem
-   use test_kinds, only: span_test_t, any_fails, test_words, test_gap, test_force, test_crossing, test_length
+   use test_kinds, only: span_test_t, test_words, test_gap, test_force, test_crossing, test_length
    use reachability, only: turns
    use closing_spans, only: about_to_close, vanishing, close_spans
    use contact_change_types, only: step_interval_t, change_t, new_interval, change_none, change_missed, change_located, &
       & place_within, place_here, place_ahead
-   use next_spans, only: next_t, copy_next, tests_of
+   use next_spans, only: next_t
    use span_events, only: find_change
    use minima_of_tests, only: check_between
    use simultaneous_tests, only: coming_next, zero_too
@@ -195,9 +195,7 @@ contains
          if (finished .or. allocated(outcome%why)) return
       end if
       if (found) then
-         ! Tests that fail at the first equilibrium pass through zero soon after, where the stiffness may be singular.
-         if (any_fails(tests_of(first))) call copy_next(next, first)
-         call begin_located(problem, step, run, change%tests(change%which), first, recorder, finished, outcome)
+         call begin_located(problem, step, run, change%tests(change%which), first, next, recorder, request, finished, outcome)
       else
          request%no_set = no_set_at(problem, change)
       end if

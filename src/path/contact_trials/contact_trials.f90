@@ -51,11 +51,13 @@ contains
       type(step_t), intent(in) :: step            !! its first increment is a scale of load changes
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: point     !! on the path of the present set, at the run's point or further on
-      type(next_t), intent(out) :: first          !! the set at its onset, labelled as a change of contact
-      type(next_t), intent(out) :: next           !! the same set at a point further on, where all its tests are satisfied
+      type(next_t), intent(out) :: first          !! the set at its first equilibrium, labelled as a change of contact. At a located
+      !! change all its tests are satisfied there; else it is the set's onset
+      type(next_t), intent(out) :: next           !! the same set at a point further on, where all its tests are satisfied and from
+      !! which increments can go on; without label
       logical, intent(out) :: found
       type(span_test_t), intent(in), optional :: zero(:) !! tests that are zero at the point, if the change is located there: the
-      !! first set that is valid is taken, and begins at this point
+      !! first set that is valid is taken
       type(state_t), intent(in), optional :: beyond !! equilibrium of the present set further along the path
       type(span_test_t), intent(in), optional :: closing(:) !! tests of free spans that are about to vanish: the first set without
       !! them is taken, and begins at its onset
@@ -81,7 +83,6 @@ contains
       do best = 1, size(valid)
          call label(problem, run, here, wide, valid(best))
       end do
-      if (here%at_change .and. size(valid) > 0) call enlarge(step, run, here, strip, doubt, valid)
       if (here%vanishes) then
          best = first_to_begin(run%last%state%load_factor, valid)
       else
@@ -90,11 +91,26 @@ contains
       found = best > 0
       if (.not. found) return
       call copy_next(valid(best)%set, first)
-      call copy_next(valid(best)%set, next)
-      next%path_point_t = valid(best)%there
+      if (here%at_change) then
+         call pass_zeros(valid(best), first)
+         call enlarge(step, run, here, strip, doubt, valid)
+         call copy_next(valid(best)%set, next)
+         next%problem%contact_span%number = first%problem%contact_span%number
+         call pass_zeros(valid(best), next)
+      else
+         call copy_next(valid(best)%set, next)
+         next%path_point_t = valid(best)%there
+      end if
       next%label = '  '
 
    contains
+
+      !> Moves the set on if tests fail at its equilibrium: they pass through zero soon after, where the stiffness may be singular.
+      subroutine pass_zeros(trial, set)
+         type(trial_t), intent(in) :: trial
+         type(next_t), intent(inout) :: set
+         if (any_fails(tests_of(set))) set%path_point_t = trial%there
+      end subroutine pass_zeros
 
       !> Length of a free span / length of its strip.
       pure real(wp) function width_of(test)
@@ -125,7 +141,6 @@ contains
          call try_edits(step, run, here, strip, doubt, [length], larger)
          if (size(larger) == 0) return
          if (.not. same_kind(larger(1)%set%problem, valid(1)%set%problem)) return
-         call take_label(valid(1)%set, larger(1)%set)
          call move_alloc(larger, valid)
       end do
       if (valid(1)%sized) call go_on(here, valid(1))
@@ -151,16 +166,6 @@ contains
          call tell_differences(problem, here%state, near, run%spans_begun, trial%set)
       end if
    end subroutine label
-
-   !> Labels a set like another one with the same contacts.
-   pure subroutine take_label(from, to)
-      type(next_t), intent(in) :: from
-      type(next_t), intent(inout) :: to
-      to%label = from%label
-      to%times = from%times
-      to%divides = from%divides
-      to%problem%contact_span%number = from%problem%contact_span%number
-   end subroutine take_label
 
    !> Follows a set by growing changes of the load to an equilibrium from which increments can go on.
    subroutine go_on(here, trial)

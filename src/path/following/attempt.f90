@@ -1,6 +1,8 @@
 !> Attempts from one point of the path: the last trial increment and the counters of those before it.
 module attempt
    use kinds, only: wp
+   use problem, only: problem_t
+   use path_control, only: increment_between
    use path_continuity, only: relation_t
    use path_point, only: path_point_t
    use corner_ahead, only: corner_t
@@ -26,7 +28,9 @@ module attempt
       type(corner_t) :: corner                   !! corner of the path between the point and the trial
       logical :: off_path = .false.                !! the trial is in equilibrium, but not on the path ahead of the point
       logical :: begins = .false.                !! contact spans begin with this increment
-      logical :: has_trial = .false.             !! the next trial is in equilibrium already, on another mesh
+      logical :: has_trial = .false.             !! the next trial is in equilibrium already: on another mesh, or behind a change of
+      !! contact
+      real(wp) :: planned = 0.0_wp               !! increment planned before a change of contact gave the trial; 0: the trial's own
       logical :: finished = .false.              !! the step ended within the increment
       ! Counters.
       integer :: cuts = 0                        !! failed increments from the point
@@ -60,10 +64,19 @@ contains
       leads_on = attempt%report%converged .and. .not. attempt%off_path
    end function leads_on
 
-   !> Records whether the contact set was changed at the point while the trial was examined.
-   pure subroutine note_change(attempt)
+   !> Records whether the contact set was changed at the point while the trial was examined. If the path of the next set is known up
+   !> to an equilibrium, this equilibrium is the next trial.
+   subroutine note_change(problem, run, attempt)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(inout) :: run   !! its increment becomes that of the trial
       type(attempt_t), intent(inout) :: attempt
       attempt%changed = attempt%request%set_changed .and. .not. allocated(attempt%request%no_set)
+      if (.not. allocated(attempt%request%ahead)) return
+      attempt%trial = attempt%request%ahead
+      attempt%report = increment_t(converged=.true.)
+      attempt%has_trial = .true.
+      attempt%planned = run%control%increment
+      run%control%increment = increment_between(problem, run%control, run%last%state, attempt%trial%state)
    end subroutine note_change
 
    !> True if the step is complete or the run cannot continue.

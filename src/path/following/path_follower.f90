@@ -55,9 +55,13 @@ contains
          if (ended(attempt, outcome)) exit
          call start_from(run, attempt)
          call set_control(problem, step, run)
+         ! Where a contact or free span has just begun, its tests change with powers of its length, and slopes say nothing.
+         if (.not. abs(attempt%planned) > 0.0_wp) call note_slopes(problem, run)
          call try_increment(problem, step, run, attempt)
+attempt%trial%state%load_factor,run%control%increment,leads_on(attempt)
          if (leads_on(attempt)) then
             call take_trial()
+attempt%request%shorter,attempt%request%remeshes(),run%last%state%load_factor
             if (.not. ended(attempt, outcome)) call serve_request()
          else
             call try_recovery(problem, step, run, attempt, recorder, outcome)
@@ -84,9 +88,9 @@ contains
          run%mesh%change_behind = .false.
          here = run%last
          call pass_change(problem, step, run, here, .false., huge(1), recorder, attempt%request, attempt%finished, outcome)
-         call note_change(attempt)
+         call note_change(problem, run, attempt)
          if (attempt%request%shorter) call retry_shorter(run)
-         if (attempt%changed) attempt%has_trial = .false.
+         if (attempt%changed) attempt%has_trial = allocated(attempt%request%ahead)
       end subroutine catch_up
 
       !> Makes the contact change between the last accepted point and the trial, if there is one; otherwise accepts the trial as a
@@ -99,7 +103,7 @@ contains
             if (problem%has_spans() .and. .not. attempt%begins) then
                call pass_change(problem, step, run, attempt%trial, .false., attempt%meshes, recorder, request, attempt%finished, &
                   & outcome)
-               call note_change(attempt)
+               call note_change(problem, run, attempt)
                if (ended(attempt, outcome) .or. request%set_changed .or. request%shorter .or. request%remeshes()) return
             end if
             arrival%report = attempt%report
@@ -142,7 +146,6 @@ contains
       if (is_arc_length(run%control%method)) &
          & call set_tangent(problem, run%last%system, run%last%tangent%u, run%last%tangent%load, run%control)
       call shorten_to_stop(step, run)
-      call note_slopes(problem, run)
    end subroutine set_control
 
    !> Remeshes at the accepted point and chooses the next increment. The mesh becomes finer where the required mesh density has
@@ -151,7 +154,7 @@ contains
    subroutine go_to_next_increment(problem, step, attempt, run, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
-      type(attempt_t), intent(in) :: attempt     !! the attempt that led to the point
+      type(attempt_t), intent(inout) :: attempt  !! the attempt that led to the point
       type(path_state_t), intent(inout) :: run
       type(outcome_t), intent(inout) :: outcome
       logical :: scaled
@@ -173,6 +176,11 @@ contains
          end if
       end if
       if (step%method == method_generalised .and. allocated(run%control%tangent)) run%control%previous = run%control%tangent
-      call next_increment(step, attempt%report, attempt%relation, problem%moves_nodes(), run%control)
+      if (abs(attempt%planned) > 0.0_wp) then
+         run%control%increment = attempt%planned
+         attempt%planned = 0.0_wp
+      else
+         call next_increment(step, attempt%report, attempt%relation, problem%moves_nodes(), run%control)
+      end if
    end subroutine go_to_next_increment
 end module path_follower

@@ -84,7 +84,7 @@ contains
             call pass_change(problem, step, run, attempt%trial, .true., huge(1), recorder, request, attempt%finished, outcome)
             done = ended(attempt, outcome)
             if (done) return
-            call note_change(attempt)
+            call note_change(problem, run, attempt)
             done = request%set_changed .or. request%shorter .or. request%remeshes()
             if (done) attempt%cuts = 0
             if (request%shorter) call retry_shorter(run)

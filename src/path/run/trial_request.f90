@@ -2,6 +2,7 @@
 !> with a smaller residual. Acceptance and contact changes return the requirements as a value, and the path follower fulfils them.
 module trial_request
    use mesh_density, only: mesh_density_t
+   use path_point, only: path_point_t
    implicit none
    private
    public :: request_t
@@ -16,6 +17,7 @@ module trial_request
       logical :: events_located = .false.        !! events were located between the last accepted point and the trial
       ! Contact changes.
       logical :: set_changed = .false.           !! the run has moved to a contact change, with the next set
+      type(path_point_t), allocatable :: ahead   !! equilibrium of the next set, which is the next trial; not allocated: none is known
       character(:), allocatable :: no_set        !! reason why no next set was found; not allocated: no such failure
       ! Kept for all trials of one increment.
       logical :: at_last_point = .false.         !! the mesh is made for the last accepted point, not for the trial
@@ -36,6 +38,7 @@ contains
       self%smaller_residual = .false.
       self%set_changed = .false.
       if (allocated(self%density)) deallocate (self%density)
+      if (allocated(self%ahead)) deallocate (self%ahead)
       if (allocated(self%no_set)) deallocate (self%no_set)
    end subroutine begin_trial
 
