@@ -58,10 +58,8 @@ contains
          ! Where a contact or free span has just begun, its tests change with powers of its length, and slopes say nothing.
          if (.not. abs(attempt%planned) > 0.0_wp) call note_slopes(problem, run)
          call try_increment(problem, step, run, attempt)
-attempt%trial%state%load_factor,run%control%increment,leads_on(attempt)
          if (leads_on(attempt)) then
             call take_trial()
-attempt%request%shorter,attempt%request%remeshes(),run%last%state%load_factor
             if (.not. ended(attempt, outcome)) call serve_request()
          else
             call try_recovery(problem, step, run, attempt, recorder, outcome)
