@@ -77,19 +77,17 @@ module neighbours
 
    ! Sizes of an opening free span that are tried, as multiples of half the length of the zone in which the test fails: the ratio
    ! differs inside a line contact, at its end, and at a load.
-   real(wp), parameter :: zones(4) = [1.0_wp, 0.5_wp, 2.0_wp, 4.0_wp]
+   real(wp), parameter :: zones(3) = [1.0_wp, 0.5_wp, 2.0_wp]
    ! Shortest new spans / length within which contacts are edited:
    real(wp), parameter :: least_line = 0.1_wp !! line contact whose pressure is resolved
    real(wp), parameter :: least_gap = 0.2_wp  !! free span between two point contacts whose gap is resolved
    real(wp), parameter :: behind = 0.1_wp     !! first guess for a free span across a boundary: length behind / before the boundary
    real(wp), parameter :: turned = 2.0_wp - sqrt(3.0_wp) !! ratio of the lengths on both sides of a node that a couple lifts from a
    !! uniformly pressed line contact
-   real(wp), parameter :: parts(2, 3) = reshape([1.0_wp, 1.0_wp, 1.0_wp, turned, turned, 1.0_wp], [2, 3]) !! parts of an opening
-   !! span on both sides of a node that a force or a couple lifts
-   real(wp), parameter :: at_load(3) = [1.0_wp, 4.0_wp, 16.0_wp]  !! sizes as `zones` at segment boundaries, as multiples of the
-   !! least size of a new span
-   real(wp), parameter :: at_load_beyond(2) = [16.0_wp, 256.0_wp] !! first guesses, likewise, for the size at the end of the
-   !! increment
+   real(wp), parameter :: parts(2, 2) = reshape([1.0_wp, turned, turned, 1.0_wp], [2, 2]) !! parts of an opening span on both sides
+   !! of a node that a couple lifts
+   real(wp), parameter :: at_load_beyond = 256.0_wp !! first guess for the size of such a span at the end of the increment / least
+   !! size of a new span
 
 contains
 
@@ -308,8 +306,7 @@ contains
       subroutine at_boundary(s)
          real(wp), intent(in) :: s
          type(contact_span_t), allocatable :: new(:)
-         integer :: side, way, j, i, first
-         real(wp) :: g
+         integer :: side, way, first
          if (s < set(k)%at(1) - near .or. s > set(k)%at(2) + near) return
          do side = 1, 2
             if (abs(s - set(k)%at(side)) > near) cycle
@@ -321,35 +318,34 @@ contains
                call add(all, edit_pass, end_moved(set, k, side, s))
                call add(all, edit_pass, end_moved(set, k, side, s - way * e), [k, 0], [side, side])
             end if
-            do j = 1, size(at_load)
-               g = at_load(j) * e
-               if (way * (s - set(k)%at(3 - side)) <= g) cycle
-               ! Most of the free span lies on the line's side of the boundary; the point contact behind it takes over the force of
-               ! the line's end.
-               new = begun(end_moved(set, k, side, s - way * g), set(k)%contact, set(k)%rod_segment, s + way * behind * g)
-               call add(all, edit_jump, new, [k, size(set) + 1], [side, 1])
-            end do
+            if (way * (s - set(k)%at(3 - side)) <= e) cycle
+            ! Most of the free span lies on the line's side of the boundary; the point contact behind it takes over the force of the
+            ! line's end.
+            new = begun(end_moved(set, k, side, s - way * e), set(k)%contact, set(k)%rod_segment, s + way * behind * e)
+            call add(all, edit_jump, new, [k, size(set) + 1], [side, 1])
          end do
-         do j = 1, size(at_load)
-            g = at_load(j) * e
-            do i = 1, size(parts, 2)
-               if (set(k)%at(1) < s - parts(1, i) * g .and. s + parts(2, i) * g < set(k)%at(2)) &
-                  & call add(all, edit_open, opened(set, k, s - parts(1, i) * g, s + parts(2, i) * g), [k, size(set) + 1], [2, 1])
-            end do
-         end do
+         call open_around(s, e, [k, size(set) + 1])
          if (.not. beyond) return
          ! Where a force and a couple act, the parts of the span on both sides may grow with different powers of the load. A short
          ! span then has no equilibrium near any fixed ratio of the parts; the span at the end of the increment has.
          first = size(all)
-         do j = 1, size(at_load_beyond)
-            g = at_load_beyond(j) * e
-            do i = 1, size(parts, 2)
-               if (set(k)%at(1) < s - parts(1, i) * g .and. s + parts(2, i) * g < set(k)%at(2)) &
-                  & call add(all, edit_open, opened(set, k, s - parts(1, i) * g, s + parts(2, i) * g))
-            end do
-         end do
+         call open_around(s, at_load_beyond * e, [0, 0])
          all(first + 1:)%beyond = .true.
       end subroutine at_boundary
+
+      !> Opens the line around a boundary that a couple lifts.
+      subroutine open_around(s, size_of_new, held)
+         real(wp), intent(in) :: s
+         real(wp), intent(in) :: size_of_new
+         integer, intent(in) :: held(2)
+         real(wp) :: ends(2)
+         integer :: i
+         do i = 1, size(parts, 2)
+            ends = s + size_of_new * [-parts(1, i), parts(2, i)]
+            if (set(k)%at(1) < ends(1) .and. ends(2) < set(k)%at(2)) &
+               & call add(all, edit_open, opened(set, k, ends(1), ends(2)), held, [2, 1])
+         end do
+      end subroutine open_around
    end subroutine edit_line
 
    !> Adds the edits of free spans at a place: the whole span comes into contact, or the contacts beside it merge.
