@@ -62,8 +62,9 @@ contains
       vanishing = pack(tests, closes)
    end function vanishing
 
-   !> Passes to the contact set without the given free spans at its onset, on the increment or just ahead.
-   subroutine close_spans(problem, step, run, point, interval, closing, recorder, changed, finished, outcome)
+   !> Passes to the contact set without the given free spans at its onset, on the increment or just ahead. What the deck asks for on
+   !> the way there comes first, with the present set.
+   subroutine close_spans(problem, step, run, point, interval, closing, recorder, changed, too_far, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
@@ -71,11 +72,13 @@ contains
       type(step_interval_t), intent(in) :: interval
       type(span_test_t), intent(in) :: closing(:) !! tests of the spans
       class(recorder_t), intent(inout) :: recorder
-      logical, intent(out) :: changed            !! false: no such set was found
+      logical, intent(out) :: changed            !! false: no such set was found, or it does not begin yet
+      logical, intent(out) :: too_far            !! true: the increment passes a value that the deck asks for, and then the onset
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(next_t) :: first, next
       finished = .false.
+      too_far = .false.
       changed = size(closing) > 0
       if (.not. changed) return
       call try_sets(problem, step, run, point, first, next, changed, closing=closing)
@@ -84,9 +87,8 @@ contains
          if (interval%stuck) then
             changed = .not. goes_on(problem, run, onset)
          else
-            ! A span without forces may stay closed until then; what the deck asks for on the way comes first.
-            changed = (onset - end) * (end - interval%from%load_factor) <= 0.0_wp
-            if (.not. changed) changed = .not. passes_value(problem, step, run, first, .false.)
+            changed = .not. passes_value(problem, step, run, first, .false.)
+            too_far = .not. changed .and. (onset - end) * (end - interval%from%load_factor) <= 0.0_wp
          end if
       end associate
       if (.not. changed) return

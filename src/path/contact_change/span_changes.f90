@@ -86,7 +86,7 @@ contains
    end subroutine pass_change
 
    !> Closes free spans at a point of the increment or, if no increment converges, just ahead. Events before the onset of the next
-   !> set could be missed: a shorter increment is requested while a limit point lies on this one.
+   !> set could be missed: a shorter increment is requested while a limit point or a value that the deck asks for lies on this one.
    subroutine close_at(problem, step, run, point, interval, closing, recorder, request, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -98,14 +98,14 @@ contains
       type(request_t), intent(inout) :: request  !! set_changed: the path goes on without the spans
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
+      logical :: too_far
       finished = .false.
       if (size(closing) == 0) return
-      if (turns(run, interval) .and. .not. interval%stuck .and. 0.5_wp * abs(run%control%increment) >= smallest(step, &
-         & run%control)) then
-         call go_less_far(step, run, closing(1), request)
-      else
-         call close_spans(problem, step, run, point, interval, closing, recorder, request%set_changed, finished, outcome)
-      end if
+      too_far = turns(run, interval) .and. .not. interval%stuck .and. 0.5_wp * abs(run%control%increment) >= smallest(step, &
+         & run%control)
+      if (.not. too_far) call close_spans(problem, step, run, point, interval, closing, recorder, request%set_changed, too_far, &
+         & finished, outcome)
+      if (too_far) call go_less_far(step, run, closing(1), request)
    end subroutine close_at
 
    !> Looks for a failure inside an increment at whose end the set is valid, by the slopes of the tests.
