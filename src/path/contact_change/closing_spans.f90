@@ -8,12 +8,14 @@ module closing_spans
    use problem, only: problem_t, rounding_gap
    use contact_spans, only: shortest, line_share
    use past_breakpoints, only: beyond
-   use test_kinds, only: span_test_t, any_fails, test_vanishing
+   use test_kinds, only: span_test_t, any_fails, test_vanishing, test_force, test_pressure, test_couple, test_slack, well_below
+   use doubts, only: doubts_of
+   use rod_strips, only: find_strips
    use span_tests, only: run_span_tests
    use path_record, only: recorder_t
    use contact_change_types, only: step_interval_t
    use reachability, only: reach_of
-   use next_spans, only: next_t
+   use next_spans, only: next_t, tests_of
    use set_validity, only: step_ahead
    use contact_trials, only: try_sets
    use entering_contact_set, only: passes_value
@@ -64,16 +66,19 @@ contains
 
    !> Passes to the contact set without the given free spans at its onset, on the increment or just ahead. What the deck asks for on
    !> the way there comes first, with the present set.
-   subroutine close_spans(problem, step, run, point, interval, closing, recorder, changed, too_far, finished, outcome)
+   subroutine close_spans(problem, step, run, point, interval, closing, can_cut, recorder, changed, too_far, finished, &
+      & outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(path_point_t), intent(in) :: point    !! of the present set, near the onset
       type(step_interval_t), intent(in) :: interval
       type(span_test_t), intent(in) :: closing(:) !! tests of the spans
+      logical, intent(in) :: can_cut             !! a shorter increment can be tried instead
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: changed            !! false: no such set was found, or it does not begin yet
-      logical, intent(out) :: too_far            !! true: the increment passes a value that the deck asks for, and then the onset
+      logical, intent(out) :: too_far            !! true: before the onset the increment passes a value that the deck asks for, or
+      !! the onset of a set without some of the spans alone
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(next_t) :: first, next
@@ -89,11 +94,32 @@ contains
          else
             changed = .not. passes_value(problem, step, run, first, .false.)
             too_far = .not. changed .and. (onset - end) * (end - interval%from%load_factor) <= 0.0_wp
+            if (changed .and. can_cut) too_far = .not. all_begin(first)
+            changed = changed .and. .not. too_far
          end if
       end associate
       if (.not. changed) return
       call begin_set(problem, step, run, first, next, recorder, finished, outcome)
    end subroutine close_spans
+
+   !> True if all contacts that a set without free spans gains begin at its onset: each has a zero of pressure or force there.
+   logical function all_begin(first)
+      type(next_t), intent(in) :: first          !! the set at its onset
+      type(span_test_t), allocatable :: tests(:)
+      all_begin = first%times == 1 .or. first%test == 0
+      if (all_begin) return
+      tests = tests_of(first)
+      tests = pack(tests, any_of_forces(tests%kind) .and. tests%value <= well_below * test_slack(tests%kind))
+      all_begin = size(doubts_of(first%problem, first%state, find_strips(first%problem%layout), tests, &
+         & first%system%force_scale)) >= first%times
+
+   contains
+
+      impure elemental logical function any_of_forces(kind)
+         integer, intent(in) :: kind
+         any_of_forces = any(kind == [test_force, test_pressure, test_couple])
+      end function any_of_forces
+   end function all_begin
 
    !> True if the present set is still valid just beyond the onset of another one: both are then valid within the slack of their
    !> tests, and the end of the present set says where the contact changes.

@@ -98,13 +98,13 @@ contains
       type(request_t), intent(inout) :: request  !! set_changed: the path goes on without the spans
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
-      logical :: too_far
+      logical :: can_cut, too_far
       finished = .false.
       if (size(closing) == 0) return
-      too_far = turns(run, interval) .and. .not. interval%stuck .and. 0.5_wp * abs(run%control%increment) >= smallest(step, &
-         & run%control)
-      if (.not. too_far) call close_spans(problem, step, run, point, interval, closing, recorder, request%set_changed, too_far, &
-         & finished, outcome)
+      can_cut = .not. interval%stuck .and. 0.5_wp * abs(run%control%increment) >= smallest(step, run%control)
+      too_far = can_cut .and. turns(run, interval)
+      if (.not. too_far) call close_spans(problem, step, run, point, interval, closing, can_cut, recorder, request%set_changed, &
+         & too_far, finished, outcome)
       if (too_far) call go_less_far(step, run, closing(1), request)
    end subroutine close_at
 
