@@ -268,6 +268,17 @@ def test_waves_shorter_than_elements():
     dr.assert_close(loads, [360.443358, 463.766267, 609.797904, 628.077499, 707.762663, 731.011617], relative=1e-7)
 
 
+@pytest.mark.parametrize("elements", [24, 48])
+def test_a_span_closes_before_the_first_increment_behind_a_change(elements):
+    """Soon after the line opens at 88.165 another span closes, nearer than the equilibrium from which increments go on."""
+    draw = random.Random(3)
+    waves = "\n".join(f"{5e-4 * draw.uniform(-1, 1) * (9.0 / n)**4!r}, {n}" for n in range(14, 22))
+    run = dr.run_deck(dr.changed(FLOOR.format(elements=elements, waves=waves), ("LOAD, ABOVE, 1000.", "LOAD, ABOVE, 120.")))
+    closing = [c for c in run.labelled("C+") if c.load_factor > 60.0]
+    dr.assert_close([c.load_factor for c in closing], [91.29307666], relative=1e-8)
+    assert 0.0 < closing[0].error < 1e-6
+
+
 def test_no_increment_gets_on_with_a_span_as_good_as_gone():
     dr.assert_close(rough_liner(5027, 2e-3, 24).load("LP"), 30.89913737228, relative=1e-9)
 

@@ -1,0 +1,61 @@
+"""Free spans that close: each begins its contact at its own load, and what the deck asks for before it comes first.
+
+A clamped ring with small imperfections lies along its cavity under pressure, until two free spans beside its pushed crown close within a
+thousandth of the load. Runs at other tolerances are the reference: both loads belong to the structure.
+"""
+import pytest
+
+import deck_runner as dr
+
+RING = """*HEADING
+Clamped ring in its cavity; two free spans close soon after each other
+*NODE
+1, 0.00984189073084, -0.299838518518
+2, 0.0448606030331, 0.296626914314
+*ARC, ELSET=RING, NSET=RING, DIRECTION=ANTICLOCKWISE
+1, 2, 0., 0.
+2, 1, 0., 0.
+*IMPERFECTION, ELSET=RING, SHAPE=COSINE
+-2.89575e-05, 2
+1.57014e-05, 8
+*BEAM SECTION, ELSET=RING, SECTION=STIFFNESS
+565813.333333, 10., , , 1e-05
+*BOUNDARY
+1, ENCASTRE
+*OBSTACLE, NAME=CAVITY, TYPE=CIRCLE, SIDE=INSIDE
+0., 0., 0.3
+*CONTACT, OBSTACLE=CAVITY, NSET=RING, GAP=0.0001287
+*MONITOR, NAME=v
+2, U2, -1.
+*STEP
+*ACCURACY, TOLERANCE={tolerance}
+*STATIC, METHOD=CYLINDRICAL
+0.5, , 0.005
+*DLOAD
+RING, P, 370.37037037
+*CLOAD
+2, 2, -0.146666666667
+2, 1, -0.0214444444444
+{values}*STOP
+LOAD, ABOVE, 9.
+*END STEP
+"""
+VALUES = "*LOCATE\nLOAD, " + ", ".join(f"{value}" for value in (7.1, 7.5, 7.9, 8.3, 8.39, 8.4)) + "\n"
+
+
+@pytest.mark.parametrize("tolerance, relative", [("1E-5", 2e-6), ("1E-6", 2e-7), ("1E-7", 2e-7)])
+def test_two_spans_close_on_one_increment(tolerance, relative):
+    """The set without both spans begins where the second one closes: its onset told 8.4046 twice."""
+    run = dr.run_deck(RING.format(tolerance=tolerance, values=""))
+    assert run.results.complete
+    closings = [c for c in run.labelled("C+") if c.load_factor > 6.0]
+    dr.assert_close([c.load_factor for c in closings], [8.39655045, 8.40462373], relative=relative)
+    assert all(0.0 < c.error for c in closings)
+
+
+def test_values_before_a_closing():
+    """A value was located with the set without the spans, which pulls there: the run stopped."""
+    run = dr.run_deck(RING.format(tolerance="1E-6", values=VALUES))
+    assert run.results.complete
+    dr.assert_close([c.load_factor for c in run.labelled("UZ")], [7.1, 7.5, 7.9, 8.3, 8.39, 8.4], relative=1e-9)
+    dr.assert_close([c.load_factor for c in run.labelled("C+")][2:], [8.39655045, 8.40462373], relative=2e-7)
