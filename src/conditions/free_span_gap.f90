@@ -18,10 +18,11 @@ module free_span_gap
    ! the point there.
    real(wp), parameter :: beside = 0.06_wp  !! part of the length of the free span
    integer, parameter :: samples = 4        !! number of equal parts of an element for samples of the gap
-   !> Number of samples between a contact span and the second regular sample. The distance from the contact falls by the factor
-   !> sqrt(2) from one sample to the next: if the rod approaches the obstacle beside a point contact about which it rotates, the
-   !> least gap is at twice the distance of the largest gap, and samples whose distances halve could miss both.
-   integer, parameter :: near = 20
+   !> Beside a contact the distances of samples from the contact grow by this factor until they are as far apart as the equal parts of
+   !> the element there: if the rod approaches the obstacle beside a point contact about which it rotates, the least gap is at twice
+   !> the distance of the largest gap, and samples whose distances double could miss both.
+   real(wp), parameter :: graded = sqrt(2.0_wp)
+   real(wp), parameter :: nearest = 0.5_wp**10 !! distance of the first sample from a contact, as a part of such a part
 
    !> Sampled gap of the elements from `first` to `last` to one obstacle.
    type :: sampled_gap_t
@@ -29,6 +30,9 @@ module free_span_gap
       integer :: contact = 0                   !! index into model%contact
       logical :: touches(2) = .false.          !! true: the first node of `first`, or the last node of `last`, touches this
       !! obstacle; the gap is zero there
+      logical :: ends_in_contact(2) = .false.  !! true: the free span ends in contact with this obstacle, there or beyond the
+      !! boundary of the rod segment
+      real(wp) :: contact_at(2) = 0.0_wp       !! coordinates of these contacts along the rod segment
       real(wp), allocatable :: at(:)           !! coordinates of the samples along the rod segment, increasing
       real(wp), allocatable :: gap(:)          !! gaps at the samples
    end type sampled_gap_t
@@ -138,7 +142,7 @@ contains
       logical, intent(in) :: touched(:)        !! (nodes)
       real(wp), intent(out) :: counts(2)       !! coordinates along the rod segment
       real(wp) :: more(2), ends(2), margin
-      logical :: zero(2), touching(problem%model%mesh%n_nodes)
+      logical :: touching(problem%model%mesh%n_nodes)
       integer :: side
       touching = .false.
       touching(pack(problem%candidates%node, problem%candidates%contact_span > 0 .and. problem%candidates%contact == &
@@ -149,12 +153,13 @@ contains
          & problem%origin(line%last) + state%geometry%element(line%last)%s(2)]
       do side = 1, 2
          call to_next_touch(problem, state, touched, touching, merge(line%first, line%last, side == 1), side, more(side), &
-            & zero(side))
+            & line%ends_in_contact(side))
       end do
+      line%contact_at = ends + [-more(1), more(2)]
       margin = beside * (ends(2) - ends(1) + sum(more))
       counts = ends
-      if (zero(1)) counts(1) = max(ends(1), ends(1) - more(1) + margin)
-      if (zero(2)) counts(2) = min(ends(2), ends(2) + more(2) - margin)
+      if (line%ends_in_contact(1)) counts(1) = max(ends(1), line%contact_at(1) + margin)
+      if (line%ends_in_contact(2)) counts(2) = min(ends(2), line%contact_at(2) - margin)
    end subroutine find_contact_beside
 
    !> Determines the length of the free span beyond one end of an element; `touches` is true if the span ends with contact to this
@@ -197,42 +202,49 @@ contains
       end do
    end subroutine make_profiles
 
-   !> Samples the gap at equal parts of all elements. Beside a contact, `near` samples replace the first one; their distances from
-   !> the contact fall geometrically.
+   !> Samples the gap at equal parts of all elements, and at graded distances beside a contact; the contact itself is no sample.
    subroutine take_samples(problem, state, profile, line)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(profile_t), intent(in) :: profile(:)
       type(sampled_gap_t), intent(inout) :: line
-      real(wp) :: part(near + 1)
-      integer :: i, e, n
-      part = [(sqrt(0.5_wp)**(i - 1), i=0, near)] / samples
-      n = (line%last - line%first + 1) * samples + 1 + (near - 1) * count(line%touches)
-      allocate (line%at(n), line%gap(n))
-      n = 0
+      real(wp), allocatable :: tau(:)
+      integer :: e, k, side
+      allocate (line%at(0), line%gap(0))
       do e = line%first, line%last
-         associate (after => e == line%first .and. line%touches(1), before => e == line%last .and. line%touches(2))
-            if (after) call add(part(near + 1:1:-1))
-            if (.not. after .and. e == line%first) call add([0.0_wp])
-            call add([(real(i, wp) / samples, i=merge(2, 1, after), samples - merge(2, 1, before))])
-            if (before) call add(1.0_wp - part)
-            if (.not. before) call add([1.0_wp])
+         associate (g => state%geometry%element(e))
+            tau = [(real(k, wp) / samples, k=merge(0, 1, e == line%first .and. .not. line%touches(1)), &
+               & samples - merge(1, 0, e == line%last .and. line%touches(2)))]
+            do side = 1, 2
+               if (line%ends_in_contact(side)) call grade(g%s(1) + problem%origin(e), g%s(2) + problem%origin(e), side)
+            end do
+            line%at = [line%at, g%s(1) + tau * (g%s(2) - g%s(1)) + problem%origin(e)]
          end associate
+         line%gap = [line%gap, [(gap_in(problem, state, line%contact, profile(e), tau(k)), k=1, size(tau))]]
       end do
 
    contains
 
-      subroutine add(tau)
-         real(wp), intent(in) :: tau(:)
-         integer :: k
-         do k = 1, size(tau)
-            n = n + 1
-            associate (g => state%geometry%element(e))
-               line%at(n) = g%s(1) + tau(k) * (g%s(2) - g%s(1)) + problem%origin(e)
-            end associate
-            line%gap(n) = gap_in(problem, state, line%contact, profile(e), tau(k))
+      !> Adds samples at graded distances from the contact at one end of the free span, where equal parts are farther apart.
+      subroutine grade(from, to, side)
+         real(wp), intent(in) :: from, to      !! coordinates of the element's ends along the rod segment
+         integer, intent(in) :: side           !! end of the free span
+         real(wp) :: distance, least, most, at
+         associate (contact => line%contact_at(side))
+            least = merge(from - contact, contact - to, side == 1)
+            most = merge(to - contact, contact - from, side == 1)
+         end associate
+         associate (g => state%geometry%element(merge(line%first, line%last, side == 1)))
+            distance = nearest * (g%s(2) - g%s(1)) / samples
+         end associate
+         if (least > distance) distance = distance * graded**ceiling(log(least / distance) / log(graded))
+         do while (distance < most .and. (graded - 1.0_wp) * distance < (to - from) / samples)
+            at = (line%contact_at(side) + merge(distance, -distance, side == 1) - from) / (to - from)
+            k = count(tau < at)
+            if (all(abs(tau - at) > sqrt(epsilon(at)))) tau = [tau(:k), at, tau(k + 1:)]
+            distance = graded * distance
          end do
-      end subroutine add
+      end subroutine grade
    end subroutine take_samples
 
    !> True if the gap decreases from the first or last sample inwards and has increased again at the next sample.
