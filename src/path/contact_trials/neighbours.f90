@@ -86,6 +86,8 @@ module neighbours
    !! uniformly pressed line contact
    real(wp), parameter :: parts(2, 2) = reshape([1.0_wp, turned, turned, 1.0_wp], [2, 2]) !! parts of an opening span on both sides
    !! of a node that a couple lifts
+   real(wp), parameter :: at_boundary_sizes(3) = [1.0_wp, 4.0_wp, 16.0_wp] !! sizes of a span at a segment boundary / least size of a
+   !! new span: the end of a line jumps the farther, the larger the force or couple is
    real(wp), parameter :: at_load_beyond = 256.0_wp !! first guess for the size of such a span at the end of the increment / least
    !! size of a new span
 
@@ -306,7 +308,8 @@ contains
       subroutine at_boundary(s)
          real(wp), intent(in) :: s
          type(contact_span_t), allocatable :: new(:)
-         integer :: side, way, first
+         integer :: side, way, j, first
+         real(wp) :: g
          if (s < set(k)%at(1) - near .or. s > set(k)%at(2) + near) return
          do side = 1, 2
             if (abs(s - set(k)%at(side)) > near) cycle
@@ -318,13 +321,18 @@ contains
                call add(all, edit_pass, end_moved(set, k, side, s))
                call add(all, edit_pass, end_moved(set, k, side, s - way * e), [k, 0], [side, side])
             end if
-            if (way * (s - set(k)%at(3 - side)) <= e) cycle
-            ! Most of the free span lies on the line's side of the boundary; the point contact behind it takes over the force of the
-            ! line's end.
-            new = begun(end_moved(set, k, side, s - way * e), set(k)%contact, set(k)%rod_segment, s + way * behind * e)
-            call add(all, edit_jump, new, [k, size(set) + 1], [side, 1])
+            do j = 1, size(at_boundary_sizes)
+               g = at_boundary_sizes(j) * e
+               if (way * (s - set(k)%at(3 - side)) <= g) cycle
+               ! Most of the free span lies on the line's side of the boundary; the point contact behind it takes over the force of
+               ! the line's end.
+               new = begun(end_moved(set, k, side, s - way * g), set(k)%contact, set(k)%rod_segment, s + way * behind * g)
+               call add(all, edit_jump, new, [k, size(set) + 1], [side, 1])
+            end do
          end do
-         call open_around(s, e, [k, size(set) + 1])
+         do j = 1, size(at_boundary_sizes)
+            call open_around(s, at_boundary_sizes(j) * e, [k, size(set) + 1])
+         end do
          if (.not. beyond) return
          ! Where a force and a couple act, the parts of the span on both sides may grow with different powers of the load. A short
          ! span then has no equilibrium near any fixed ratio of the parts; the span at the end of the increment has.
