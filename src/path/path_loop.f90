@@ -44,12 +44,12 @@ module path_loop
 
 contains
 
-   !> Follows all steps of the deck. Returns when the last step is complete, or earlier with the reason in outcome%why.
+   !> Follows all steps of the deck. Returns when the last step is complete, or earlier with a reason in outcome%why.
    subroutine follow_path(problem, recorder, outcome, saved)
       type(problem_t), intent(inout) :: problem
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(out) :: outcome
-      type(saved_run_t), intent(inout) :: saved !! restart: the checkpoint, or the point where the run continues
+      type(saved_run_t), intent(inout) :: saved !! restart: the checkpoint, or the point from which the run continues
       type(path_state_t) :: run
       type(attempt_t) :: attempt
       type(archive_t), target :: frame
@@ -92,7 +92,7 @@ contains
             if (allocated(outcome%why)) exit steps
             cycle steps
          end if
-         ! Remeshing replaces the model and its steps; a copy of the step is used.
+         ! Remeshing replaces the model and its steps; therefore a copy of the step is used.
          step = problem%model%step(k)
          call start_control(problem, step, run)
          if (allocated(found%list)) deallocate (found%list)
@@ -128,7 +128,7 @@ contains
 
       !> Follows the branches and limit curves of a step after its path.
       subroutine finish_step()
-         type(step_t) :: former                     !! the step up to the point where the run continues
+         type(step_t) :: former                     !! the step as it was up to the point from which the run continues
          if (saved%kind /= on_curve) then
             former = step
             if (saved%branch > n_branches .and. saved%branch <= n_branches + size(step%branch)) call renew_steps()
@@ -152,7 +152,7 @@ contains
          run%frame => frame
       end subroutine set_frame
 
-      !> Sets the frame of the checkpoints of the step's branches or limit curves; it contains the results of the step's path.
+      !> Sets the frame of the checkpoints of the step's branches or limit curves, which contains the results of the step's path.
       subroutine set_frame_behind(on)
          integer, intent(in) :: on
          kind = on
@@ -187,7 +187,7 @@ contains
       end subroutine renew_steps
    end subroutine follow_path
 
-   !> Linearises at the start of a step and checks that supports and contact make the structure stable.
+   !> Linearises the structure at the start of a step, and checks that supports and contact make it stable.
    subroutine begin_step(problem, run, outcome)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
@@ -196,7 +196,7 @@ contains
       real(wp) :: stiffness, rounding
       run%step_points = 0
       run%arrived%point = 0
-      ! The loads of a new step may reverse the path, so that the recent path is discarded.
+      ! The loads of a new step may reverse the direction of the path: the stored recent part of the path is discarded.
       if (allocated(run%trail)) deallocate (run%trail)
       if (starts_fresh(problem)) then
          why = why_unheld(problem, run%last%state)
@@ -211,8 +211,8 @@ contains
          return
       end if
       if (starts_fresh(problem)) then
-         ! If the tangent stiffness is mainly rounding, the signs of its pivots are meaningless and Newton's method does not
-         ! converge.
+         ! If the tangent stiffness consists mainly of rounding errors, the signs of its pivots are meaningless and Newton's method
+         ! does not converge.
          call check_start(problem, run%last%system, stiffness, rounding)
          if (rounding > 0.5_wp * max(stiffness, bending_stiffness(problem))) then
             outcome%why = 'the tangent at the start is nothing but rounding: '//rounding_cure(problem, run%last%state)
@@ -231,19 +231,20 @@ contains
       end associate
       run%last%tangent%load = 0.0_wp
       call evaluate_tests(problem, run%last)
-      ! This includes a start on a mesh whose nodes detect contact: its tangent does not contain contact between nodes either.
+      ! This case includes a start on a mesh whose nodes detect contact: its tangent does not contain contact between the nodes
+      ! either.
       run%fresh = starts_fresh(problem) .and. (any(run%last%state%active) .or. any(run%last%state%grounded) .or. &
          & problem%is_sampled())
    end subroutine begin_step
 
-   !> True if the current step begins at the stress-free structure.
+   !> True if the current step begins with the stress-free structure.
    pure logical function starts_fresh(problem)
       type(problem_t), intent(in) :: problem
       starts_fresh = problem%step == 1 .or. size(problem%model%step(problem%step)%mode_offset) > 0
    end function starts_fresh
 
-   !> Restarts from the stress-free structure with buckling modes as imperfections; nothing of the previous steps remains. If an
-   !> imperfection is impossible, outcome%deck_line names its card.
+   !> Restarts from the stress-free structure with buckling modes as imperfections; displacements and loads of previous steps are
+   !> discarded. If an imperfection is impossible, outcome%deck_line is the line of its card.
    subroutine start_anew(perfect, buckled, problem, run, outcome)
       type(model_t), intent(in) :: perfect           !! model of the deck
       type(buckling_t), intent(in) :: buckled(:)     !! (steps) modes found so far
@@ -270,10 +271,10 @@ contains
                mode(:, :, i) = buckled(offset%step)%mode(:, :, offset%mode)
             end associate
          end do
-         ! The deck's geometry, without imperfections of an earlier step of this kind.
+         ! The geometry of the deck, without the imperfections of an earlier step of this kind.
          bent = perfect
          call add_mode_offsets(bent, step%mode_offset, mode, error)
-         ! Imperfections by modes can be checked only now that the modes are known.
+         ! Imperfections by buckling modes can be checked only here, when the modes are known.
          if (allocated(error)) then
             outcome%deck_line = step%mode_offset(1)%line
             outcome%why = 'step '//trim(step%name)//': '//error%message
@@ -301,7 +302,7 @@ contains
 
    contains
 
-      !> True if the mode offset applies to the chain of elements that contains the node of the overlap.
+      !> True if the mode's offset displaces the chain of elements that contains the node of the overlap.
       pure logical function moves(mesh, offset)
          type(mesh_t), intent(in) :: mesh
          type(mode_offset_t), intent(in) :: offset
@@ -331,13 +332,13 @@ contains
             if (.not. step%error_bars) exit
             call add_buckling_bars(problem, run%last%state, buckling)
             if (.not. allocated(buckling%bar) .or. .not. step%asked > 0.0_wp) exit
-            ! Between nodes a mode has the shape of rods without stresses, with an error of the fourth order: imperfections by modes
-            ! need a mesh with all nodes of the deck.
+            ! Between nodes a mode is interpolated as a rod without stress, with an error of the fourth order. Imperfections by
+            ! modes therefore need a mesh that has all nodes of the deck.
             if (all(buckling%bar%bounded .and. buckling%bar%bar <= step%asked * abs(buckling%load_factor)) .and. &
                & (problem%model%mesh%n_elements >= problem%deck%mesh%n_elements .or. .not. bends_later())) exit
          end if
-         ! Error contributions of a path do not apply to modes, and the mesh of the previous steps may be too coarse for modes: the
-         ! number of elements is doubled.
+         ! Error contributions of a path do not apply to modes, and the mesh of the previous steps may be too coarse for modes.
+         ! Therefore the number of elements is doubled.
          call ask_for_twice(problem, run%last%state, request, asked)
          if (.not. asked) exit
          nowhere = run%last

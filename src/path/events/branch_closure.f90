@@ -1,7 +1,7 @@
-!> Closure of a path: a branch returns to a bifurcation of its parent path, or a path to one of its own critical points. At a
-!> bifurcation two paths cross: the load of one may have an extremum, an eigenvalue may reach zero without changing its sign, and no
-!> increment converges close by; but its position is known from the parent path. A path that returns to one of its own limit points
-!> or contact changes is a closed loop or retraces itself.
+!> Closure of a path: a branch returns to a bifurcation of its parent path, or a path returns to one of its own critical points. At
+!> a bifurcation two paths cross. On one of them the load may have an extremum there, an eigenvalue may reach zero without changing
+!> its sign, and no increment converges close to the bifurcation; but the position of the bifurcation is known from the parent path.
+!> A path that returns to one of its own limit points or contact changes is a closed loop or retraces itself.
 module branch_closure
    use kinds, only: wp
    use text, only: to_text
@@ -20,8 +20,8 @@ module branch_closure
    private
    public :: on_parent_path, check_parent_path, check_closure
 
-   real(wp), parameter :: near = 1.0e-4_wp       !! part of the path length: the accuracy to which events are located; no input deck
-   !! changes from 1E-5 to 1E-3
+   real(wp), parameter :: near = 1.0e-4_wp !! largest distance from a known critical point, over the length of the path, at which
+   !! the path counts as returned to that point: the accuracy with which events are located; no input deck changes from 1E-5 to 1E-3
 
 contains
 
@@ -49,7 +49,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(state_t), intent(in) :: place
-      character(*), intent(in) :: label          !! LP, C+ or C-, which count as the same: contact gained is lost on the way back
+      character(*), intent(in) :: label !! label of the point: LP, C+ or C-. C+ and C- are not distinguished: a contact that begins
+      !! on the way out ends on the way back
       type(outcome_t), intent(inout) :: outcome
       real(wp) :: here
       integer :: j
@@ -74,7 +75,8 @@ contains
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
       type(event_t), allocatable, intent(inout) :: events(:)
-      type(located_event_t), allocatable, intent(out) :: home !! the known bifurcation; not allocated: none is passed
+      type(located_event_t), allocatable, intent(out) :: home !! the known bifurcation that the increment passes; not allocated: the
+      !! increment passes none
       type(relation_t) :: relation
       type(state_t) :: place
       real(wp) :: before, after
@@ -88,8 +90,8 @@ contains
             place = seen_here(problem, trial%state, critical_point)
             before = path_length(problem, run%last%state, place)
             after = path_length(problem, place, trial%state)
-            ! On a circle the sum of the chords to the middle exceeds the chord of the whole increment by turn^2/32 of its length;
-            ! four times this is allowed.
+            ! On a circular path the sum of the two chords to the middle of an increment exceeds the chord of the whole increment by
+            ! the fraction turn^2/32 (turn: angle between the end tangents); four times this fraction is allowed.
             if (max(before, after) < relation%length .and. comes_back(run, critical_point, before) .and. &
                & before + after <= (1.0_wp + 0.125_wp * relation%turn**2 + near) * relation%length) then
                allocate (home)
@@ -109,7 +111,8 @@ contains
 
    contains
 
-      !> True if an event only repeats the known bifurcation: a change of inertia, or a load extremum at this bifurcation.
+      !> True if an event only repeats the known bifurcation: a change of the pivot count, or an extremum of the load, at the same
+      !> position.
       pure logical function is_that(event)
          type(event_t), intent(in) :: event
          is_that = event%kind == event_bifurcation
@@ -118,8 +121,8 @@ contains
       end function is_that
    end subroutine check_parent_path
 
-   !> True if the path has returned to a bifurcation that it had left: always on a branch; otherwise if its arc length since then is
-   !> more than twice its distance from the bifurcation.
+   !> True if the path has returned to a bifurcation from which it had started or which it had passed. On a branch this is always
+   !> so; on other paths only if the arc length since the bifurcation is more than twice the distance from it.
    pure logical function comes_back(run, critical_point, distance)
       type(path_state_t), intent(in) :: run
       type(critical_point_t), intent(in) :: critical_point
@@ -127,7 +130,7 @@ contains
       comes_back = run%branch > 0 .or. run%arc_length - critical_point%arc_length > 2.0_wp * distance
    end function comes_back
 
-   !> State of a critical point, transferred to the present mesh.
+   !> State of a critical point, transferred to the mesh of `here`.
    function seen_here(problem, here, critical_point) result(state)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: here          !! any state on the present mesh

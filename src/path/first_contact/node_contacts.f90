@@ -12,9 +12,9 @@ module node_contacts
 
 contains
 
-   !> Contact spans from rows of consecutive nodes in contact: one or two nodes make a point contact, more make a line contact on
-   !> each rod segment. A few open nodes between nodes in contact count as closed, because contact forces concentrated at nodes make
-   !> the rod wavy.
+   !> Contact spans from rows of consecutive nodes in contact: a row of one or two nodes becomes a point contact, a longer row a
+   !> line contact on each of its rod segments. A few open nodes between nodes in contact count as closed, because contact forces
+   !> concentrated at nodes make the rod wavy.
    function touches_at_nodes(problem, state, most) result(contact_span)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -45,9 +45,9 @@ contains
       end do
    end function touches_at_nodes
 
-   !> (candidates) true: the node is in contact. This includes nodes without contact force whose support on the obstacle carries the
-   !> force: next to nodes in contact, and alone for a hinge or for a clamp parallel to the obstacle, because contact may spread
-   !> from there.
+   !> (candidates) true: the node is in contact. Included are nodes without contact force whose force is taken by a support on the
+   !> obstacle: beside nodes in contact; and also without such a neighbour at a hinge or at a clamp parallel to the obstacle,
+   !> because contact may spread from there.
    function nodes_in_contact(problem, state) result(told)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -68,13 +68,13 @@ contains
       end do
    end function nodes_in_contact
 
-   !> Closes a few open nodes next to a node in contact, up to the next one in contact or the end of the rod.
+   !> Marks as closed a few open nodes beside a node in contact, up to the next node in contact or the end of the rod.
    pure subroutine close_waves(problem, told, c, side, most, active)
       type(problem_t), intent(in) :: problem
-      logical, intent(in) :: told(:)     !! (candidates) in contact
-      integer, intent(in) :: c, side     !! a candidate in contact; 1: nodes before it, 2: nodes after it
+      logical, intent(in) :: told(:)     !! (candidates) true: the node is in contact
+      integer, intent(in) :: c, side     !! a candidate in contact; side 1: the open nodes are before it, 2: after it
       integer, intent(in) :: most
-      logical, intent(inout) :: active(:) !! (candidates) in/out: also true for closed nodes
+      logical, intent(inout) :: active(:) !! (candidates) set to true for the nodes that are marked as closed
       integer :: at, n
       at = c
       do n = 0, most
@@ -83,7 +83,7 @@ contains
          if (told(at)) exit
       end do
       if (n > most) return
-      ! At the end of a rod along its obstacle one node may take the whole force.
+      ! At the end of a rod that lies along its obstacle one node may carry the whole contact force.
       if (at == 0 .and. most == 1) return
       at = problem%candidates%neighbour(side, c)
       do while (at > 0)
@@ -93,14 +93,14 @@ contains
       end do
    end subroutine close_waves
 
-   !> Finds the row of consecutive active candidates that contains candidate c. On a closed chain that is active all round the row
-   !> begins at c.
+   !> Finds the row of consecutive active candidates that contains candidate c. If all candidates of a closed chain are active, the
+   !> row begins at c.
    pure subroutine follow_run(problem, active, c, run, closed)
       type(problem_t), intent(in) :: problem
       logical, intent(in) :: active(:)
       integer, intent(in) :: c
       integer, allocatable, intent(out) :: run(:)
-      logical, intent(out) :: closed     !! the row is a closed chain
+      logical, intent(out) :: closed     !! true: the row covers a whole closed chain
       integer :: first, at, row(size(active)), n
       first = c
       do
@@ -139,8 +139,8 @@ contains
    pure function lines_along(problem, state, run, closed) result(line)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: run(:)      !! candidates
-      logical, intent(in) :: closed      !! true: the row is a closed chain
+      integer, intent(in) :: run(:)      !! candidates of the row
+      logical, intent(in) :: closed      !! true: the row covers a whole closed chain
       type(contact_span_t), allocatable :: line(:)
       type(contact_span_t) :: new
       integer :: i, e

@@ -14,7 +14,7 @@ module start_support
 
 contains
 
-   !> Message naming the part of the structure that can move freely at the stress-free start, or the force that is indeterminate
+   !> Message that names the part of the structure that can move freely at the stress-free start, or the force that is indeterminate
    !> there; '' if there is neither.
    function why_unheld(problem, state) result(why)
       type(problem_t), intent(in) :: problem
@@ -28,7 +28,7 @@ contains
       end if
    end function why_unheld
 
-   !> Message of why_unheld for the model of a deck, which need not have steps.
+   !> Message of why_unstable for the model of a deck, which need not have steps.
    function why_deck_unheld(model) result(why)
       type(model_t), intent(in) :: model
       character(:), allocatable :: why

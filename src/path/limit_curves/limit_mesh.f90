@@ -33,8 +33,8 @@ contains
          & small_drop * follower%state%load_factor, bars)
    end subroutine bars_here
 
-   !> Searches for the last limit point on finer meshes until the error of its load is within the tolerance. If the search fails on
-   !> a mesh, the result of the previous mesh is kept.
+   !> Locates the last limit point again on finer meshes until the error of its load is within the tolerance. If the search fails on
+   !> a mesh, the result on the previous mesh is kept.
    subroutine refine_limit_point(follower, step)
       type(follower_t), intent(inout) :: follower
       type(step_t), intent(in) :: step
@@ -68,7 +68,7 @@ contains
       end do
    end subroutine refine_limit_point
 
-   !> Transfers the follower to another mesh, on which its state is not yet in equilibrium.
+   !> Transfers the follower to another mesh; its state there is not yet in equilibrium.
    subroutine take_mesh(follower, demand)
       type(follower_t), intent(inout) :: follower
       type(mesh_density_t), intent(in) :: demand(:)

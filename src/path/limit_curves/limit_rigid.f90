@@ -1,5 +1,5 @@
-!> End of a limit curve over the modulus of a foundation: the last limit point, with a rigid obstacle. The parts of the rods that
-!> carry pressure become contact spans, or contact at nodes if rods or deck do not allow contact spans.
+!> End of a limit curve over the modulus of a foundation: the limit point with a rigid obstacle. The parts of the rods that carry
+!> pressure become contact spans, or contact at nodes if rods or deck do not allow contact spans.
 module limit_rigid
    use kinds, only: wp
    use model, only: model_t, limit_curve_t
@@ -20,13 +20,13 @@ module limit_rigid
 
 contains
 
-   !> Makes the obstacle of the curve rigid. With contact spans the state on return is in equilibrium, with contact at nodes it is
+   !> Makes the obstacle of the curve rigid. With contact spans the returned state is in equilibrium; with contact at nodes it is
    !> only a predictor.
    subroutine make_rigid(curve, problem, state, direction, ok)
       type(limit_curve_t), intent(in) :: curve
-      type(problem_t), intent(inout) :: problem  !! problem at the last limit point
+      type(problem_t), intent(inout) :: problem  !! in: problem at the last limit point; out: the problem with a rigid obstacle
       type(state_t), intent(inout) :: state
-      real(wp), allocatable, intent(inout) :: direction(:, :) !! (3, nodes) path direction, displacements
+      real(wp), allocatable, intent(inout) :: direction(:, :) !! (3, nodes) displacements of the direction along the path
       logical, intent(out) :: ok                 !! false: no equilibrium was found
       type(model_t) :: deck
       deck = problem%deck
@@ -65,9 +65,9 @@ contains
             & state, direction, ok)
       end subroutine lay_down
 
-      !> Line contacts on the curve's obstacle: the parts of each rod segment between the ends of its pressure.
+      !> Line contacts on the obstacle of the curve: the parts of each rod segment that carry pressure.
       function pressed_lines(last) result(line)
-         integer, intent(in) :: last                !! last identity number of a contact span
+         integer, intent(in) :: last !! largest identity number of a contact span so far; new line contacts continue from it
          type(contact_span_t), allocatable :: line(:)
          type(cut_t), allocatable :: cut(:)
          real(wp), allocatable :: at(:)

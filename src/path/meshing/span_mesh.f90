@@ -1,4 +1,4 @@
-!> Remeshes a run: for another contact set, for spans that have grown, or for the error tolerance.
+!> Remeshes a run: for another contact set, for contact spans that have grown, or for the error tolerance.
 module span_mesh
    use kinds, only: wp
    use problem, only: problem_t, copy_problem
@@ -36,7 +36,7 @@ contains
       end if
    end subroutine prepare_mesh
 
-   !> Remeshes at the run's last point: finer for spans that have grown, with nodes at the interface points of foundations.
+   !> Remeshes at the run's last point: finer where contact spans have grown, and with nodes at the interface points of foundations.
    subroutine renew_mesh(problem, run)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
@@ -52,16 +52,16 @@ contains
          & run, done)
    end subroutine renew_mesh
 
-   !> Remeshes as the last trial requires: at the run's last point, from which the increment is repeated, or else at the trial.
+   !> Remeshes as the last trial requires: at the run's last point, from which the increment is then repeated, or else at the trial.
    subroutine refine_mesh(problem, run, trial, settled, request, taken, done)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
       type(path_point_t), intent(inout) :: trial
       logical, intent(in) :: settled                 !! true: the trial is in equilibrium
-      type(request_t), intent(inout) :: request      !! in: with the density that the mesh must have
+      type(request_t), intent(inout) :: request      !! in: contains the mesh density that is required
       logical, intent(out) :: taken                  !! true: the trial is in equilibrium on the new mesh
-      logical, intent(out) :: done                   !! false: no equilibrium was found, nothing has changed. The new mesh may be
-      !! the one before the last coarsening
+      logical, intent(out) :: done !! false: no equilibrium was found, and nothing has changed. The new mesh may also be the one
+      !! before the last coarsening
       type(problem_t) :: asked, here
       type(point_on_mesh_t), allocatable :: finer
       type(cut_t), allocatable :: cut(:)
@@ -75,14 +75,15 @@ contains
       call copy_problem(asked, here)
       here%demand = taken_along(problem, run%last%state, asked%demand)
       cut = find_cuts(problem, trial%state)
-      ! An unloaded start has no ends of contact yet: the new mesh is made for the trial, not for the start.
+      ! An unloaded start has no ends of contact: the new mesh is made for the trial instead.
       if (settled .and. run%fresh) call remesh_trial(.false.)
       if (.not. taken .and. (problem%has_spans() .or. request%at_last_point .or. marked(problem, trial%state, &
          & cut))) call stand_here()
-      ! If nodes, or elements on foundations, have just detected contact, the run's last point lacks the spans of the trial.
+      ! If contact was just detected at nodes or by elements on foundations, the run's last point does not have the spans of the
+      ! trial.
       if (.not. (taken .or. done)) request%density_before = present_demand(problem, run%last%state)
       if (.not. (taken .or. done)) call remesh_trial(request%events_located)
-      ! Newton's method may fail on one mesh and converge on another, which may be finer than requested.
+      ! If Newton's method fails on one mesh, it may converge on another, finer one.
       if (.not. (taken .or. done)) then
          do k = 1, size(here%demand)
             here%demand(k)%elements = 2.0_wp * here%demand(k)%elements
@@ -109,7 +110,7 @@ contains
 
       !> Transfers the trial, in equilibrium, and the run's last point, in equilibrium if possible, to another mesh.
       subroutine remesh_trial(both)
-         logical, intent(in) :: both                    !! true: the run's point, too, must be in equilibrium on the mesh
+         logical, intent(in) :: both                    !! true: the run's last point, too, must be in equilibrium on the new mesh
          type(problem_t) :: before
          type(path_state_t) :: unmoved
          type(path_point_t) :: start, moved
@@ -133,7 +134,7 @@ contains
          run%last%tangent = path_tangent_t(carried_field(before, start%state, start%tangent%u, problem, state), start%tangent%load)
          run%last%test_values = start%test_values
          if (.not. fresh) then
-            ! Shorter increments may start at the run's last point, and events may be located from it.
+            ! Shorter increments may start at the run's last point, and events may be located from there.
             call rebalance(problem, run, settled)
             taken = settled .or. .not. both
             if (.not. taken) then
@@ -146,11 +147,11 @@ contains
       end subroutine remesh_trial
    end subroutine refine_mesh
 
-   !> Mesh density for a trial, transferred to the mesh of another state: the density in a span moves with the ends of the span.
+   !> Mesh density for a trial, transferred to the mesh of another state: the density inside a span moves with the ends of the span.
    function taken_along(problem, state, demand) result(here)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(mesh_density_t), intent(in) :: demand(:)        !! one piece for each element of the problem, or other pieces
+      type(mesh_density_t), intent(in) :: demand(:) !! mesh density by elements of the problem, or by other pieces of the rods
       type(mesh_density_t) :: here(size(demand))
       integer :: k
       here = present_demand(problem, state)
@@ -163,8 +164,8 @@ contains
       end do
    end function taken_along
 
-   !> Coarsens the mesh as far as the errors of the last point permit, if the coarser mesh has fewer elements and an equilibrium.
-   !> The next trial shows whether an increment converges on it.
+   !> Coarsens the mesh as far as the errors of the last point permit, if the coarser mesh has fewer elements and an equilibrium
+   !> exists on it. Whether increments converge on the coarser mesh is seen at the next trial.
    subroutine coarsen_mesh(problem, run)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
@@ -177,7 +178,7 @@ contains
       asked = new_span_problem(asked, present_contact_spans(problem, run%last%state), run%last%state, find_cuts(problem, &
          & run%last%state))
       if (asked%model%mesh%n_elements >= problem%model%mesh%n_elements) then
-         ! The spans already have their smallest numbers of elements.
+         ! The spans already have the smallest permitted numbers of elements.
          run%mesh%points_to_keep = rest_of_mesh
          return
       end if
@@ -193,7 +194,7 @@ contains
       call count_up(counter_remeshed)
    end subroutine coarsen_mesh
 
-   !> Returns the run to its last point before the mesh was coarsened; for some points the mesh is not coarsened again.
+   !> Returns the run to its last point before the mesh was coarsened. For some further points the mesh is then not coarsened again.
    subroutine step_back(finer, problem, run)
       type(point_on_mesh_t), intent(in) :: finer
       type(problem_t), intent(inout) :: problem
@@ -209,7 +210,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(request_t), intent(inout) :: request
-      logical, intent(out) :: asked                  !! false: the deck prescribes the mesh
+      logical, intent(out) :: asked                  !! false: the mesh is given by the deck and must not change
       integer :: k
       asked = any(problem%layout%rod_segment%placed) .and. .not. problem%is_sampled()
       if (.not. asked) return

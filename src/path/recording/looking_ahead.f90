@@ -1,4 +1,4 @@
-!> Follows the path beyond the end of a run by arc length, without recording, to verify messages about the path ahead.
+!> Follows the path by arc length beyond the end of a run, without recording points, to verify messages about the further path.
 module looking_ahead
    use kinds, only: wp
    use model, only: method_cylindrical
@@ -13,19 +13,19 @@ module looking_ahead
    private
    public :: look_t, look_from, look_on, goes_on
 
-   integer, parameter :: most_cuts = 10        !! largest number of halvings of the increment in one look
+   integer, parameter :: most_cuts = 10        !! largest number of halvings of the increment
 
-   !> A look ahead: the state of following the path without recording.
+   !> Data for following the path by arc length without recording.
    type :: look_t
-      type(path_point_t) :: here               !! the last accepted point of the run, or the point reached last
+      type(path_point_t) :: here               !! last accepted point of the run, or the last point reached beyond it
       type(control_t) :: control               !! constraint of the increments
-      integer :: cuts = 0                      !! halvings so far
+      integer :: cuts = 0                      !! number of halvings so far
    end type look_t
 
 contains
 
-   !> Begins a look at the last accepted point of the run. Its increment is the arc length of the last increment, or an estimate
-   !> from the load increment if nothing has moved yet.
+   !> Starts at the last accepted point of the run. The increment is the arc length of the run's last increment, or an estimate from
+   !> the load increment if no node has moved yet.
    pure function look_from(run) result(look)
       type(path_state_t), intent(in) :: run
       type(look_t) :: look
@@ -36,12 +36,11 @@ contains
       look%here = run%last
    end function look_from
 
-   !> Moves the look to the next point of the path, if the corrector converges to a point on the path and the contact spans stay
-   !> valid.
+   !> Goes to the next point of the path, if the corrector converges to a point on the path at which the contact spans remain valid.
    subroutine look_on(problem, look, found)
       type(problem_t), intent(in) :: problem
-      type(look_t), intent(inout) :: look      !! its point is unchanged if none is found
-      logical, intent(out) :: found            !! true: the look has moved
+      type(look_t), intent(inout) :: look      !! out: at the next point; unchanged if none was found
+      logical, intent(out) :: found            !! true: a next point was found
       type(path_point_t) :: next
       type(increment_t) :: report
       found = .false.
@@ -61,14 +60,14 @@ contains
          look%control%increment = 0.5_wp * look%control%increment
       end do
       if (look%cuts > most_cuts) return
-      ! Contact changes are not followed.
+      ! Contact changes are not made.
       if (problem%has_spans()) report%converged = spans_hold(problem, next%state, next%system%force_scale)
       if (.not. report%converged) return
       found = .true.
       look%here = next
    end subroutine look_on
 
-   !> True if an increment by arc length from the last accepted point of the run reaches another point of the path.
+   !> True if an increment by arc length from the last accepted point of the run ends at another point of the path.
    logical function goes_on(problem, run)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run

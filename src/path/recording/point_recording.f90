@@ -24,24 +24,26 @@ module point_recording
    private
    public :: record
 
-   character(2), parameter :: has_corner(3) = ['C+', 'C-', 'BP'] !! labels at which the path may have a corner
+   character(2), parameter :: has_corner(3) = ['C+', 'C-', 'BP'] !! labels of points at which the path may have a corner
 
 contains
 
-   !> Passes a converged point to the recorder and to the independent checks. If the point fails the checks, the path ends there,
-   !> and outcome%why is set.
+   !> Passes a converged point to the recorder and to the independent checks. If the point fails a check, the path ends there, and
+   !> outcome%why is set.
    subroutine record(problem, run, point, label, report, recorder, outcome, touching, bars, smooth, pivots)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
       type(path_point_t), intent(in) :: point
-      character(*), intent(in) :: label !! LP, BP, ...; '' for an ordinary point
+      character(*), intent(in) :: label !! label of the point: LP, BP, ...; '' for an ordinary point
       type(increment_t), intent(in) :: report
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
-      logical, intent(in), optional :: touching(:) !! (candidates) shown as contact, though without force yet
+      logical, intent(in), optional :: touching(:) !! (candidates) true: the result shows the node in contact, though its contact
+      !! force is still zero
       type(error_bars_t), allocatable, intent(in), optional :: bars
-      logical, intent(in), optional :: smooth    !! true: the path has one tangent at the point, that of the point; absent: unknown
-      integer, intent(in), optional :: pivots    !! number of negative pivots just before the point, where an eigenvalue may be
+      logical, intent(in), optional :: smooth !! true: the path is smooth at the point; its tangent is that of the point; absent:
+      !! unknown
+      integer, intent(in), optional :: pivots !! number of negative pivots just before the point, needed where an eigenvalue may be
       !! zero; absent: that of the point's system
       type(point_t) :: row
       type(state_t) :: shown
@@ -49,7 +51,7 @@ contains
       type(path_tangent_t) :: tangent
       character(:), allocatable :: wrong
       integer :: m
-      integer :: opening                         ! unstable directions that open force-free contacts
+      integer :: opening                         ! number of unstable directions that open force-free contacts
       logical :: weak, has_tangent
       associate (state => point%state, system => point%system)
          shown = state
@@ -62,7 +64,7 @@ contains
          has_tangent = present(smooth) .and. .not. any(label == has_corner)
          if (has_tangent) has_tangent = smooth
          if (has_tangent) then
-            ! At a limit point rates per unit load are unbounded; all rates are taken per arc length.
+            ! At a limit point rates by the load factor are unbounded; all rates are therefore taken by arc length.
             tangent = path_tangent_at(problem, system, point%tangent%u, point%tangent%load)
             if (metric(problem, tangent%u, tangent%u) > 0.0_wp) row%rate = tangent%load * &
                & [1.0_wp, (monitor_rate(problem, m, state, system), m=1, size(row%monitor))]
@@ -74,7 +76,7 @@ contains
          row%arc_length = run%arc_length + path_length(problem, run%last%state, state)
          call count_opening(problem, state, system, opening, weak)
          row%free_pivots = row%negative_pivots + opening
-         ! The stress-free start has no force to which the residual could be related.
+         ! At the stress-free start there is no force to which the residual could be related.
          if (is_stress_free(state)) row%residual = 0.0_wp
          run%points = run%points + 1
          run%recorded_load = state%load_factor
