@@ -109,8 +109,8 @@ contains
       run%control%increment = sign(step%increment, run%last%tangent%load)
    end subroutine go_by_load
 
-   !> Adapts the increment by Crisfield's rule: it is multiplied by the square root of desired over needed iterations, and limited so
-   !> that the path tangent does not turn more than allowed. With contact spans about one iteration only locates the touchdown
+   !> Adapts the increment by Crisfield's rule: it is multiplied by the square root of desired over needed iterations, and limited
+   !> so that the path tangent does not turn more than allowed. With contact spans about one iteration only locates the touchdown
    !> points. This iteration is not counted, and the count of iterations is fractional, so that it does not jump between meshes; the
    !> ratio of iterations is then squared.
    subroutine next_increment(step, report, relation, spans, control)
