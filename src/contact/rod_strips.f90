@@ -1,7 +1,8 @@
 !> Converts contact sets to coordinates along whole rods, and back. In a problem contact spans are divided at segment boundaries,
-!> where loads and supports act. This module joins them to contacts on a continuous rod (a strip): a sequence of rod segments that continue
-!> one another. The edits of contact sets (contact_set_edits) then need no rule for contacts that cross a boundary. In a set on
-!> continuous rods, component `rod_segment` of a contact span is the index of the continuous rod, and `at` are coordinates along it.
+!> where loads and supports act. This module joins them to contacts on a continuous rod (a strip): a sequence of rod segments that
+!> continue one another. The edits of contact sets (contact_set_edits) then need no rule for contacts that cross a boundary. In a
+!> set on continuous rods, component `rod_segment` of a contact span is the index of the continuous rod, and `at` are coordinates
+!> along it.
 module rod_strips
    use kinds, only: wp
    use rod_layout, only: layout_t

@@ -175,7 +175,7 @@ contains
       type(model_t), intent(in) :: model
       type(distributed_t), intent(in) :: value
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau                       !! 0 to 1 of the element
+      real(wp), intent(in) :: tau                       !! places in the element, 0 to 1 of its stress-free length
       real(wp) :: inside
       character(:), allocatable :: wrong
       real(wp) :: x(2), angle, speed, s

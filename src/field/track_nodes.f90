@@ -1,6 +1,7 @@
-!> Rods and tracks at the nodes of contact spans: direction, relative curvature, and the point at which the contact force acts.
+!> Rods and obstacle tracks at the nodes of contact spans: direction, relative curvature, and the point at which the contact force
+!> acts.
 !>
-!> The track is the curve at the distance of the gap's offset from the surface.
+!> The track is the curve at the distance GAP (offset of the gap) from the surface of the obstacle.
 module track_nodes
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -15,7 +16,7 @@ module track_nodes
    public :: curvature_slack, rolled_t, node_track, foot, track_joints, find_joints, rod_angle, track_sense, track_rotation, &
       & track_bend_rate, excess_curvature, excess_rate, touchdown_spring, touchdown_couple, rolled, bend_at
 
-   !> Bound of (relative curvature times structure's size) below which a point contact counts as osculating: smaller values are
+   !> Bound of relative curvature times structure's size, below which a point contact counts as osculating: smaller values are
    !> rounding or residuals of Newton's method.
    real(wp), parameter :: curvature_slack = 1.0e-8_wp
 
@@ -248,7 +249,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau                   !! 0 to 1 of the stress-free length
+      real(wp), intent(in) :: tau                   !! place in the element, 0 to 1 of its stress-free length
       real(wp) :: bend(0:2), s, middle, step, rate(-1:1), unused
       integer :: i
       bend = 0.0_wp

@@ -59,7 +59,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau(:)            !! 0 to 1 of the element
+      real(wp), intent(in) :: tau(:)            !! places in the element, 0 to 1 of its stress-free length
       integer, intent(in) :: quantity           !! section_axial etc.
       real(wp), intent(in), optional :: sense(2) !! as in section_place_t, which makes the quantity a smooth function of the state;
       !! default: N, Q, M with their signs, strain and stress positive

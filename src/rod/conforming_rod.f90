@@ -26,7 +26,7 @@ module conforming_rod
 
 contains
 
-   !> See rod_element.
+   !> Implements rod_element_t%evaluate, where the arguments are described.
    subroutine evaluate(self, problem, state, base, e, f, raw, k, fl, op, defect, ok, inner, shift)
       class(conforming_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -44,7 +44,7 @@ contains
       defect = [0.0_wp, internal]
    end subroutine evaluate
 
-   !> See rod_element.
+   !> Implements rod_element_t%end_forces, where the arguments are described.
    subroutine end_forces(self, problem, state, e, first, second)
       class(conforming_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -58,7 +58,7 @@ contains
       call conforming_resultant(problem, state, e, 1.0_wp, kept, second, inner)
    end subroutine end_forces
 
-   !> See rod_element.
+   !> Implements rod_element_t%local_forces, where the arguments are described.
    function local_forces(self, problem, state, e, tau) result(local)
       class(conforming_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -74,7 +74,8 @@ contains
       end do
    end function local_forces
 
-   !> See rod_element. Zero: on an obstacle of constant curvature all strains are linear in the displacements.
+   !> Implements rod_element_t%stress_stiffness. The result is zero: on an obstacle of constant curvature all strains are linear in
+   !> the displacements.
    subroutine stress_stiffness(self, problem, state, du, dz, e, factor, k, shift)
       class(conforming_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -87,7 +88,7 @@ contains
       shift = 0.0_wp
    end subroutine stress_stiffness
 
-   !> See rod_element.
+   !> Implements rod_element_t%load_sum, where the arguments are described.
    function load_sum(self, problem, state, e, middle) result(total)
       class(conforming_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -115,12 +116,12 @@ contains
             total = total + [force, position(1) * force(2) - position(2) * force(1)]
          end do
       end associate
-      ! The resultant of the pressure depends on the positions of the ends only.
+      ! The resultant of the pressure depends only on the positions of the ends.
       total = total + load%pressure * [x(2, 1) - x(2, 2), x(1, 2) - x(1, 1), &
          & 0.5_wp * (dot_product(x(:, 2), x(:, 2)) - dot_product(x(:, 1), x(:, 1)))]
    end function load_sum
 
-   !> See rod_element: the collocation polynomials of force and position.
+   !> Implements rod_element_t%finer_unknowns, by the collocation polynomials of force and position.
    function finer_unknowns(self, problem, state, finer, e) result(z)
       class(conforming_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
