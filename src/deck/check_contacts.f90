@@ -1,11 +1,10 @@
-!> Conditions on the nodes of contacts, checked if the rest of the deck has no errors: candidates of an obstacle with coupled
-!> ground, and contact and stops at nodes that follow others by ties.
+!> Conditions on the nodes of contacts, checked if the rest of the deck has no errors: for candidates of an obstacle with coupled
+!> ground, and for contact and stops at nodes that are tied to others.
 !>
-!> Contact with a rigid obstacle eliminates a displacement of the node. A node that follows another one has no independent
-!> displacement: the node that it follows must be the contact node, at the same position and as a candidate for the same obstacle.
-!> The force of a foundation acts on the nodes that are followed; coupled ground requires independent unknowns of its nodes. A node
-!> that carries an obstacle has independent unknowns, and touches nothing; a node that may touch the obstacle goes along with
-!> it.
+!> Contact with a rigid obstacle eliminates a displacement of the node. A tied node has no independent displacement: the node to
+!> which it is tied must have the contact, at the same position and as a candidate for the same obstacle. The force of a foundation
+!> acts on the nodes to which a node is tied; coupled ground requires independent unknowns of its nodes. A node that carries an
+!> obstacle has independent unknowns and touches nothing; a node that may touch the obstacle moves with it.
 module check_contacts
    use kinds, only: wp
    use text, only: to_text
@@ -21,15 +20,15 @@ module check_contacts
    private
    public :: check_ground_candidates, check_contact_of_tied_nodes, check_carriers, touch_by_leaders
 
-   integer, parameter :: most_candidates = 1500 !! limit, because the compliances of the candidates form a full matrix
+   integer, parameter :: most_candidates = 1500 !! largest number of candidates; their compliances form a full matrix
 
 contains
 
-   !> Checks the candidates of obstacles on coupled ground: their number, their tributary lengths (a half-space needs positive
-   !> ones), and that no two candidates load the same place of the ground.
+   !> Checks the candidates of obstacles on coupled ground: their number; their tributary lengths (positive for a half-space); and
+   !> that no two candidates load the same place of the ground.
    subroutine check_ground_candidates(deck, model)
       type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(in) :: model                !! of a deck without errors: contacts in the order of the cards
+      type(model_t), intent(in) :: model !! model of a deck without errors; its contacts are in the order of the cards
       type(geometry_t) :: geometry
       type(candidates_t) :: list
       type(patches_t) :: patches
@@ -40,7 +39,7 @@ contains
       geometry = new_geometry(model)
       list = new_candidates(model, geometry, distributed=.false.)
       patches = new_patches(model, list, geometry)
-      ! The error is reported at the last card concerned.
+      ! The error is reported at the last card that takes part in it.
       contact = 0
       do while (deck%next_card('CONTACT'))
          contact = contact + 1
@@ -57,7 +56,7 @@ contains
 
    contains
 
-      !> Reason why an obstacle with coupled ground cannot carry its candidates; '' if it can.
+      !> Reason why an obstacle with coupled ground cannot have its candidates; '' if it can.
       function contact_problem(obstacle) result(problem)
          integer, intent(in) :: obstacle
          character(:), allocatable :: problem
@@ -85,7 +84,7 @@ contains
    !> Reports the first node of each *CONTACT and *GAP at which contact is impossible.
    subroutine check_contact_of_tied_nodes(deck, model)
       type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(in) :: model                !! of a deck without errors: contacts in the order of the cards
+      type(model_t), intent(in) :: model !! model of a deck without errors; its contacts are in the order of the cards
       integer :: contact
       contact = 0
       do while (deck%next_card('CONTACT'))
@@ -103,7 +102,7 @@ contains
 
       !> Reports the first node of a contact at which contact is impossible.
       subroutine check_tied_nodes(name, contact)
-         character(*), intent(in) :: name                  ! name of the item that names the nodes
+         character(*), intent(in) :: name                  ! name of the parameter or field that names the nodes
          type(contact_t), intent(in) :: contact
          character(:), allocatable :: why
          integer :: i
@@ -128,10 +127,10 @@ contains
       end subroutine check_tied_nodes
    end subroutine check_contact_of_tied_nodes
 
-   !> Reports obstacles that their nodes cannot carry, and nodes that cannot go along with an obstacle.
+   !> Reports obstacles that their nodes cannot carry, and nodes that cannot move with an obstacle.
    subroutine check_carriers(deck, model)
       type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(in) :: model                !! of a deck without errors: contacts in the order of the cards
+      type(model_t), intent(in) :: model !! model of a deck without errors; its contacts are in the order of the cards
       integer :: contact, card
       contact = 0
       do while (deck%next_card('CONTACT'))
@@ -150,10 +149,12 @@ contains
 
    contains
 
-      !> Reports the first node of a contact that cannot touch the obstacle because a node carries it, or carries one itself.
+      !> Reports the first node of a contact that cannot touch the obstacle, because a node carries the obstacle or the node itself
+      !> carries one.
       subroutine check_nodes(contact)
          type(contact_t), intent(in) :: contact
-         real(wp), parameter :: rounded = 1.0e-10_wp       ! decks give ten digits or more
+         real(wp), parameter :: rounded = 1.0e-10_wp ! accuracy of positions, over the structure's size; decks give ten digits or
+         ! more
          real(wp) :: gap, normal(2), bend
          integer :: i
          associate (own => model%obstacle(contact%obstacle)%carrier, obstacle => model%obstacle(contact%obstacle))
@@ -176,10 +177,10 @@ contains
       end subroutine check_nodes
    end subroutine check_carriers
 
-   !> Among tied nodes at one position only one remains in contact: nodes that follow another node of the same rigid contact are
-   !> removed from it.
+   !> Of tied nodes at the same position only one remains in contact: nodes that are tied to another node of the same rigid contact
+   !> are removed from the contact.
    subroutine touch_by_leaders(model)
-      type(model_t), intent(inout) :: model             !! has passed check_contact_of_tied_nodes
+      type(model_t), intent(inout) :: model             !! model that has passed check_contact_of_tied_nodes
       logical, allocatable :: stays(:)
       integer :: c, i, lead
       do c = 1, size(model%contact)
@@ -197,7 +198,8 @@ contains
       end do
    end subroutine touch_by_leaders
 
-   !> Node whose displacements x and y a tied node has, with chains of ties resolved; 0 if they differ or the tie has an arm.
+   !> Node that has the same displacements x and y as a tied node, with chains of ties resolved; 0 if there is none or a tie has an
+   !> arm.
    pure integer function leader(model, node) result(lead)
       type(model_t), intent(in) :: model
       integer, intent(in) :: node
@@ -222,7 +224,7 @@ contains
       end do
    end function leader
 
-   !> True for a tie that gives a component the same value as this component of another node.
+   !> True for a tie that makes a component equal to the same component of another node.
    pure logical function goes_along(tie)
       type(tie_t), intent(in) :: tie
       goes_along = size(tie%of) == 1
@@ -230,11 +232,11 @@ contains
          & (tie%turner == 0 .or. norm2(tie%arm) <= 0.0_wp)
    end function goes_along
 
-   !> True if a node's leader is at the same position and is a candidate for the same obstacle with the same gap.
+   !> True if a node's leader is at the same position and is a candidate for the same obstacle with the same GAP.
    pure logical function touches_too(model, contact, node, lead)
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
-      integer, intent(in) :: node, lead                 !! 0: no leader
+      integer, intent(in) :: node, lead                 !! node; its leader, 0: none
       integer :: k
       touches_too = .false.
       if (lead == 0) return
