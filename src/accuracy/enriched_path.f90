@@ -52,7 +52,7 @@ module enriched_path
 
    real(wp), parameter :: left = 0.01_wp !! part of the first residual that may remain; it changes an error estimate by a hundredth
    real(wp), parameter :: straight = 1.0e-3_wp !! [rad] largest rotation in a Newton step that needs no second one; the relative
-   !! error of the step is up to ten times this rotation; no input deck changes from 1E-4 to 0.01
+   !! error of the step is up to ten times this rotation; with values from 1E-4 to 0.01 every deck in input has the same results
    real(wp), parameter :: near = 1.0e-7_wp !! largest movement of touchdown points, over the length of the span, that needs no
    !! second step; the thrust of a stiff rod changes by 100 times this value
 

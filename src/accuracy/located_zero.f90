@@ -36,7 +36,7 @@ module located_zero
    end type zero_t
 
    real(wp), parameter :: as_zero = 1.0e-4_wp !! part of an eigenvalue's change over the increment below which the eigenvalue counts
-   !! as zero; no input deck changes from 1E-5 to 1E-3
+   !! as zero; with values from 1E-5 to 1E-3 every deck in input has the same results
 
 contains
 

@@ -27,10 +27,10 @@ module force_free_contact
    private
    public :: any_force_free, remove_force_free_lines, isolate_force_free_lines, count_opening, let_turn, line_opening
 
-   real(wp), parameter :: nothing = 1.0e-7_wp !! forces below this part of the structure's force scale count as zero; no input deck
-   !! changes from 1E-8 to 1E-6
-   real(wp), parameter :: unsettled = 100.0_wp !! largest error of the thrust over the tolerance of the residual; no input deck
-   !! changes from 10 to 1000
+   real(wp), parameter :: nothing = 1.0e-7_wp !! forces below this part of the structure's force scale count as zero; with values
+   !! from 1E-8 to 1E-6 every deck in input has the same results
+   real(wp), parameter :: unsettled = 100.0_wp !! largest error of the thrust over the tolerance of the residual; with values from
+   !! 10 to 1000 every deck in input has the same results
 
 contains
 
@@ -262,8 +262,8 @@ contains
       type(problem_t), intent(in) :: problem, free
       type(state_t), intent(in) :: state, released
       real(wp), intent(in) :: mode(:, :)        !! (3, nodes of `free`) the mode, global axes
-      real(wp), parameter :: closed = 1.0e-3_wp ! an opening below this part of the largest opening counts as zero; no input deck
-      ! changes from 1E-4 to 0.01
+      real(wp), parameter :: closed = 1.0e-3_wp ! an opening below this part of the largest opening counts as zero; with values from
+      ! 1E-4 to 0.01 every deck in input has the same results
       type(contact_span_t), allocatable :: contact_span(:)
       real(wp) :: gap, normal(2), bend, opening, most, least, at
       type(pose_t) :: pose

@@ -66,14 +66,14 @@ module newton_iteration
       logical :: blamed = .false.              !! true: the message about the failure names foundations that are too stiff
    end type newton_t
 
-   integer, parameter :: settling_grip = 20 !! factor on the number of allowed iterations while foundations change their contact; no
-   !! input deck changes from 10 to 40
+   integer, parameter :: settling_grip = 20 !! factor on the number of allowed iterations while foundations change their contact;
+   !! with values from 10 to 40 every deck in input has the same results
    real(wp), parameter :: far = 0.01_wp !! movement of a touchdown point in one iteration, over the length of a span, above which it
    !! is still far from its final position
    integer, parameter :: stalled = 4 !! number of iterations without a smaller residual, over the number of allowed iterations,
-   !! after which the iteration counts as cycling; no input deck changes from 2 to 8
-   real(wp), parameter :: far_worse = 10.0_wp !! factor on the residual above which the step may have been far too long; no input
-   !! deck changes up to 100, two change at 1
+   !! after which the iteration counts as cycling; with values from 2 to 8 every deck in input has the same results
+   real(wp), parameter :: far_worse = 10.0_wp !! factor on the residual above which the step may have been far too long; with values
+   !! up to 100 every deck in input has the same results; at 1 two have others
    real(wp), parameter :: far_from_balance = 0.1_wp !! smallest residual before the step to which the factor far_worse is applied
    integer, parameter :: settling_iterations = 5 !! number of the iteration up to which both the last correction and the residual
    !! must be small
@@ -82,7 +82,7 @@ module newton_iteration
    real(wp), parameter :: noticed = 0.1_wp !! rounding error of forces, over the tolerance, above which pressures are stored
    !! (ground_pressures)
    ! Largest negligible forces due to the second-order strains rotation^2/2, over the force scale. Up to this value a step from a
-   ! stress-free start on a foundation gives no scale. No input deck changes from 0.001 to 0.1.
+   ! stress-free start on a foundation gives no scale. With values from 0.001 to 0.1. every deck in input has the same results
    real(wp), parameter :: negligible = 0.01_wp
 
 contains

@@ -26,8 +26,8 @@ module branch_switching
    public :: switch_branch, take_way
 
    integer, parameter :: max_tries = 12
-   real(wp), parameter :: straight = 0.3_wp !! largest correction as a part of the distance; no input deck changes up to 3, three
-   !! change at 0.03
+   real(wp), parameter :: straight = 0.3_wp !! largest correction as a part of the distance; with values up to 3 every deck in input
+   !! has the same results; at 0.03 three have others
 
 contains
 

@@ -108,8 +108,8 @@ contains
       integer, allocatable, intent(out) :: corner(:) !! candidates whose contact changes at the corner
       type(increment_t), intent(out) :: report
       logical, intent(out) :: found
-      real(wp), parameter :: at_once = 1.0e-8_wp !! part of an increment within which sign changes count as simultaneous; no input
-      !! deck changes from 1E-9 to 1E-7
+      real(wp), parameter :: at_once = 1.0e-8_wp !! part of an increment within which sign changes count as simultaneous; with
+      !! values from 1E-9 to 1E-7 every deck in input has the same results
       type(path_point_t) :: beyond
       type(control_t) :: part
       real(wp), allocatable :: before(:), after(:), ends(:)

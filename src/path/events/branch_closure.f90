@@ -21,7 +21,8 @@ module branch_closure
    public :: on_parent_path, check_parent_path, check_closure
 
    real(wp), parameter :: near = 1.0e-4_wp !! largest distance from a known critical point, over the length of the path, at which
-   !! the path counts as returned to that point: the accuracy with which events are located; no input deck changes from 1E-5 to 1E-3
+   !! the path counts as returned to that point: the accuracy with which events are located; with values from 1E-5 to 1E-3 every
+   !! deck in input has the same results
 
 contains
 

@@ -17,7 +17,8 @@ module zero_search
    private
    public :: zero_search_t, find_zero, swerve_per_force
 
-   integer, parameter :: max_centres = 6 !! largest number of interpolations for one zero; no input deck changes from 1 to 12
+   integer, parameter :: max_centres = 6 !! largest number of interpolations for one zero; with values from 1 to 12 every deck in
+   !! input has the same results
    real(wp), parameter :: reach = epsilon(1.0_wp)**0.2_wp !! spacing of the samples, as a fraction of the increment, see smooth_zero
 
    !> Data of the search for the zero of an event function.
@@ -200,7 +201,8 @@ contains
    pure logical function jumps(value)
       real(wp), intent(in) :: value(n_samples)  !! function at two samples on each side of the zero
       real(wp), parameter :: times = 4.0_wp !! change between the two inner samples over the mean change on both sides (1 for a
-      !! smooth function), above which the function jumps; no input deck changes up to 40, six change at 0.4
+      !! smooth function), above which the function jumps; with values up to 40 every deck in input has the same results; at 0.4 six
+      !! have others
       jumps = value(2) * value(3) < 0.0_wp .and. abs(value(3) - value(2)) > times * (abs(value(2) - value(1)) + &
          & abs(value(4) - value(3)))
    end function jumps

@@ -43,7 +43,8 @@ module stiffness_homotopy
 
 contains
 
-   !> Assignment of a homotopy point as a procedure, for the reason given at copy_problem.
+   !> Assignment of a homotopy point as a procedure, because the compiler would expand the copies of all components at each
+   !> assignment.
    pure subroutine copy_rung(from, to)
       type(rung_t), intent(in) :: from
       type(rung_t), intent(inout) :: to

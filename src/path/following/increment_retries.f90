@@ -14,8 +14,8 @@ module increment_retries
    private
    public :: retry_refined, retry_by_nodes, retry_shorter
 
-   real(wp), parameter :: sharper = 0.01_wp !! residual tolerance of the repetition over that of the failed trial; one input deck
-   !! changes at 0.001 and at 0.1
+   real(wp), parameter :: sharper = 0.01_wp !! residual tolerance of the repetition over that of the failed trial; with 0.001 and
+   !! with 0.1 one deck in input has other results
 
 contains
 

@@ -31,8 +31,8 @@ module path_follower
    private
    public :: follow_points
 
-   integer, parameter :: max_searches = 4 !! largest number of halvings of an increment that separate events; no input deck changes
-   !! from 2 to 8
+   integer, parameter :: max_searches = 4 !! largest number of halvings of an increment that separate events; with values from 2 to
+   !! 8 every deck in input has the same results
 
 contains
 

@@ -29,14 +29,16 @@ module step_recovery
    private
    public :: try_recovery
 
-   integer, parameter :: max_cuts = 40 !! largest number of failed attempts at one increment; no input deck changes from 20 to 80
+   integer, parameter :: max_cuts = 40 !! largest number of failed attempts at one increment; with values from 20 to 80 every deck
+   !! in input has the same results
    integer, parameter :: cuts_before_release = 2 !! failed attempts after which interface points are released
    integer, parameter :: cuts_before_corner = 2 !! failed attempts after which a corner of the path is searched for
    integer, parameter :: cuts_before_change = 3 !! failed attempts after which a contact change ahead is searched for
    integer, parameter :: cuts_before_mesh = 6 !! failed attempts, or increments that ended on other paths, after which the mesh is
    !! assumed to be too coarse
 
-   integer, parameter :: most_points = 40       !! largest number of points followed ahead; no input deck changes from 20 to 80
+   integer, parameter :: most_points = 40 !! largest number of points followed ahead; with values from 20 to 80 every deck in input
+   !! has the same results
    character(*), parameter :: arc_length_can = ' (METHOD=CYLINDRICAL can)'
 
 contains

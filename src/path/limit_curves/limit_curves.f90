@@ -31,11 +31,12 @@ module limit_curves
    private
    public :: follow_limit_curves
 
-   integer, parameter :: max_cuts = 12 !! largest number of halvings of a step along the curve; no input deck changes from 6 to 24
+   integer, parameter :: max_cuts = 12 !! largest number of halvings of a step along the curve; with values from 6 to 24 every deck
+   !! in input has the same results
    real(wp), parameter :: farthest = 0.5_wp !! a zero is rejected if its distance from the predicted position exceeds this part of
    !! the step
-   real(wp), parameter :: sharpest = 0.7_wp !! smallest cosine of the angle between two successive steps; no input deck changes from
-   !! 0.07 to 0.7
+   real(wp), parameter :: sharpest = 0.7_wp !! smallest cosine of the angle between two successive steps; with values from 0.07 to
+   !! 0.7 every deck in input has the same results
    real(wp), parameter :: easy = 5.0_wp             !! largest number of evaluations in a search after which the step still grows
    real(wp), parameter :: first_step = 0.1_wp       !! first step along the curve over the increment of the deck
    real(wp), parameter :: first_distance = 1.0e-3_wp !! arc length of the first move along the path, with which the load rate is

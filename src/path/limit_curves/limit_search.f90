@@ -17,13 +17,13 @@ module limit_search
    public :: follower_t, curve_trace_t, copy_follower, trial_t, stand_here, scale_rate, evaluate_rate, search, as_coordinate
    public :: as_value, small_drop
 
-   integer, parameter :: max_searches = 40 !! largest number of evaluations of the load rate h for one limit point; no input deck
-   !! changes from 20 to 80
+   integer, parameter :: max_searches = 40 !! largest number of evaluations of the load rate h for one limit point; with values from
+   !! 20 to 80 every deck in input has the same results
    real(wp), parameter :: first_move = 0.01_wp !! first step of a search, in units of the two coordinates (arc length a, parameter)
-   real(wp), parameter :: longest_move = 3.0_wp !! longest step of a search, in units of the two coordinates; no input deck changes
-   !! up to 30, one changes at 0.3
+   real(wp), parameter :: longest_move = 3.0_wp !! longest step of a search, in units of the two coordinates; with values up to 30
+   !! every deck in input has the same results; at 0.3 one has others
    real(wp), parameter :: narrow = 1.0e-10_wp !! points closer than this, in units of the two coordinates, count as the same point;
-   !! no input deck changes from 1E-11 to 1E-9
+   !! with values from 1E-11 to 1E-9 every deck in input has the same results
    real(wp), parameter :: small_drop = 0.01_wp !! relative decrease of the load over one unit of arc length, measured from the limit
    !! point
 
@@ -65,7 +65,7 @@ module limit_search
 
 contains
 
-   !> Assignment of a follower as a procedure, for the reason given at copy_problem.
+   !> Assignment of a follower as a procedure, because the compiler would expand the copies of all components at each assignment.
    pure subroutine copy_follower(from, to)
       type(follower_t), intent(in) :: from
       type(follower_t), intent(inout) :: to

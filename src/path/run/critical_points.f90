@@ -49,7 +49,8 @@ module critical_points
 
 contains
 
-   !> Assignment of a critical point as a procedure, for the reason given at copy_problem.
+   !> Assignment of a critical point as a procedure, because the compiler would expand the copies of all components at each
+   !> assignment.
    pure subroutine copy_critical_point(from, to)
       type(critical_point_t), intent(in) :: from
       type(critical_point_t), intent(inout) :: to

@@ -120,7 +120,7 @@ module path_state
 
 contains
 
-   !> Assignment of a path state as a procedure, for the reason given at copy_problem.
+   !> Assignment of a path state as a procedure, because the compiler would expand the copies of all components at each assignment.
    subroutine copy_path_state(from, to)
       type(path_state_t), intent(in) :: from
       type(path_state_t), intent(inout) :: to

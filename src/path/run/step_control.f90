@@ -15,8 +15,8 @@ module step_control
 
    real(wp), parameter :: safety = 0.7_wp !! fraction of the largest permitted turn of the tangent that an increment is planned to
    !! use
-   real(wp), parameter :: least_part = 1.0e-6_wp !! smallest arc length over that of the first increment; no input deck changes from
-   !! 1E-7 to 1E-5
+   real(wp), parameter :: least_part = 1.0e-6_wp !! smallest arc length over that of the first increment; with values from 1E-7 to
+   !! 1E-5 every deck in input has the same results
    real(wp), parameter :: growth = 2.0_wp, shrinkage = 0.25_wp !! largest and smallest ratio of consecutive increments
 
 contains
