@@ -23,7 +23,7 @@ program unilat
    use printable_text, only: printable, printable_lines
    use deck_summary, only: write_deck_summary
    use load_sums, only: step_load_sums
-   use start_support, only: why_deck_unheld
+   use start_support, only: why_deck_unstable
    use blas_threads, only: use_one_thread, blas_threads_text
    use memory, only: can_be_had
    use run_end, only: watch_for_end, guard_exit, ends_by_itself, has_stack
@@ -55,7 +55,7 @@ program unilat
    type(run_recorder_t) :: recorder
    type(outcome_t) :: outcome
    type(error_t), allocatable :: error
-   character(:), allocatable :: result_file, status, checks, why_nodes, why_unheld
+   character(:), allocatable :: result_file, status, checks, why_nodes, why_unstable
    character(:), allocatable :: lost             !! reason why standard output cannot be written; empty: no failure
    integer :: draft
    type(restart_t) :: restart
@@ -125,8 +125,8 @@ program unilat
       if (.not. options%quiet) call write_deck_summary(draft, deck_model, program_version, deck_words(), '', &
          & step_load_sums(deck_model))
       call put_draft(draft, lost)
-      why_unheld = why_deck_unheld(deck_model)
-      if (why_unheld /= '') call stop_with(exit_deck_error, source%name//': '//why_unheld)
+      why_unstable = why_deck_unstable(deck_model)
+      if (why_unstable /= '') call stop_with(exit_deck_error, source%name//': '//why_unstable)
       call end_after_output()
    end if
    result_file = name_of_results()
@@ -155,7 +155,7 @@ program unilat
    call follow_deck()
    ! If contact at the start never became contact spans, the deck is run again with contact at its own nodes. Results with contact
    ! spans are kept.
-   if (begins_again()) then
+   if (announce_restart()) then
       why_nodes = outcome%why
       deck_model%contact%along = .false.
       first_model%contact%along = .false.
@@ -288,16 +288,16 @@ contains
 
    !> True if a path with contact at the start has failed without contact spans and must begin again with contact at the deck's
    !> nodes; prints a message and closes the results.
-   logical function begins_again()
+   logical function announce_restart()
       character(*), parameter :: how = 'with contact at the nodes of the deck'
-      begins_again = outcome%sampled .and. outcome%dead_end
-      if (.not. begins_again) return
+      announce_restart = outcome%sampled .and. outcome%dead_end
+      if (.not. announce_restart) return
       restart%kind = 0
       saved%kind = 0
       call results_close(recorder%results, 'begun again '//how, outcome%accuracy, error)
       if (.not. options%quiet) write (output_unit, '(/a)') 'Contact spans do not get on: '//outcome%why// &
          & '. The path begins again '//how//'.'
-   end function begins_again
+   end function announce_restart
 
    !> Name of the deck with the parameters set on the command line.
    function deck_words() result(words)

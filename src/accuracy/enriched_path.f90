@@ -105,7 +105,7 @@ contains
             if (.not. point%ok) return
             call solve_step(path, increment, point, step)
             if (.not. point%ok) return
-            call go(path, step, point)
+            call add_step(path, step, point)
             call linearise(problem, point%state, point%state, point%system)
             call keep_couples(problem, point%system, point%state)
             point%ok = point%system%ok
@@ -142,7 +142,7 @@ contains
             return
          end if
          first = out_of_balance(problem, point%system)
-         call go(path, step, point)
+         call add_step(path, step, point)
          call assemble(problem, point%state, point%state, point%system)
          point%ok = point%system%ok
          if (.not. point%ok) return
@@ -150,7 +150,7 @@ contains
             call factor_system(point%system)
             call solve_step(path, 0.0_wp, point, step)
             if (.not. point%ok) return
-            call go(path, step, point)
+            call add_step(path, step, point)
             call assemble(problem, point%state, point%state, point%system)
             point%ok = point%system%ok
             if (.not. point%ok) return
@@ -258,7 +258,7 @@ contains
    end function directions_of
 
    !> Adds a step to the state of the point; point%system remains assembled at the start of the step.
-   subroutine go(path, step, point)
+   subroutine add_step(path, step, point)
       type(enriched_path_t), intent(in) :: path
       type(contact_step_t), intent(in) :: step
       type(enriched_point_t), intent(inout) :: point
@@ -269,7 +269,7 @@ contains
          point%state%reaction = step%reaction
          if (problem%moves_nodes()) call move_touchdown_points(problem, before, point%state)
       end associate
-   end subroutine go
+   end subroutine add_step
 
    !> Norm of the residual of the free unknowns; moments are divided by the size of the structure.
    pure real(wp) function out_of_balance(problem, system)

@@ -7,7 +7,7 @@ module error_contributions
    use rod_state, only: state_t
    use linear_system, only: system_t
    use element_products, only: element_deformation
-   use path_control, only: control_t, held_by
+   use path_control, only: control_t, prescribed_functional
    use state_functional, only: functional_t, new_load_functional, inner_place_t, section_place_t
    use monitors, only: new_monitor_functional
    use place_functional, only: new_place_functional
@@ -73,7 +73,7 @@ contains
       shares = no_contributions(size(number), problem%model%mesh%n_elements)
       errors = new_element_errors(problem, state, system, at_start)
       shares%unfolding = norm2([(errors%excess_on_mode(problem, system, modes(:, m)), m=1, size(modes, 2))])
-      held = held_by(problem, control, state, system)
+      held = prescribed_functional(problem, control, state, system)
       allocate (dual(system%n, size(number)), by_held(size(number)))
       call solve_path_duals(problem, system, held, number, modes, dual, by_held, ok)
       if (.not. ok) return

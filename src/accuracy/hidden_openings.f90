@@ -13,7 +13,7 @@ module hidden_openings
    use element_gap, only: element_gap_t, gap_value, gap_extreme
    use rod_profile, only: profile_error_bound
    use ground_regions, only: find_ground_regions, part_of_range, rounds
-   use ground_segments, only: gap_uncertainty, follows, gap_in_state, settled_gap, gap_rounding
+   use ground_segments, only: gap_uncertainty, follows, gap_in_state, mean_gap_and_waves, gap_rounding
    implicit none
    private
    public :: may_be_open
@@ -43,7 +43,7 @@ contains
       regions = find_ground_regions(problem, state)
       do k = 1, size(regions)
          certain = .false.
-         call forget()
+         call clear_waiting()
          do round = 0, rounds(problem, regions(k)%contact)
             do c = 1, problem%ground%chain%n
                if (.not. part_of_range(problem, state, regions(k)%contact, c, round, regions(k)%start, regions(k)%end, range)) &
@@ -51,7 +51,7 @@ contains
                if (problem%ground%chain%bilateral(c)) cycle
                e = problem%ground%chain%element(2, c)
                if (.not. follows(problem, state, c)) then
-                  call settled_gap(problem, state, c, settled, waves)
+                  call mean_gap_and_waves(problem, state, c, settled, waves)
                   call check_decayed_wave(waves(1))
                   call check_decayed_wave(0.0_wp)
                   call check_decayed_wave(waves(2))
@@ -64,8 +64,8 @@ contains
                do j = 0, gap%samples
                   place = range(1) + (range(2) - range(1)) * j / gap%samples
                   if (j > 0 .and. at > range(1) + (range(2) - range(1)) * (j - 1) / gap%samples .and. at < place) &
-                     & call look(peak, max(known, profile_error_bound(gap%profile, at)))
-                  call look(gap_value(problem, gap, place), max(known, profile_error_bound(gap%profile, place)))
+                     & call classify(peak, max(known, profile_error_bound(gap%profile, at)))
+                  call classify(gap_value(problem, gap, place), max(known, profile_error_bound(gap%profile, place)))
                end do
             end do
          end do
@@ -77,29 +77,29 @@ contains
       subroutine check_decayed_wave(wave)
          real(wp), intent(in) :: wave            !! amplitude of the wave
          rounds_off = wave < 2.0_wp * rounding
-         call look(settled, max(wave, rounding))
+         call classify(settled, max(wave, rounding))
       end subroutine check_decayed_wave
 
       !> Classifies a place in an element. If elements without certain contact lie between two places of certain contact, they may
       !> have opened.
-      subroutine look(value, doubt)
+      subroutine classify(value, doubt)
          real(wp), intent(in) :: value           !! gap at the place
          real(wp), intent(in) :: doubt           !! uncertainty of the gap
          if (value < -doubt) then
             doubtful(waiting(:n_waiting)) = .true.
-            call forget()
+            call clear_waiting()
             certain = .true.
          else if (certain .and. .not. (rounds_off .or. waits(e))) then
             n_waiting = n_waiting + 1
             waiting(n_waiting) = e
             waits(e) = .true.
          end if
-      end subroutine look
+      end subroutine classify
 
       !> Empties the list of elements in `waiting`.
-      subroutine forget()
+      subroutine clear_waiting()
          waits(waiting(:n_waiting)) = .false.
          n_waiting = 0
-      end subroutine forget
+      end subroutine clear_waiting
    end function may_be_open
 end module hidden_openings

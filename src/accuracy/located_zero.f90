@@ -14,7 +14,7 @@ module located_zero
    use contact_spans, only: shortest
    use ground_events, only: ground_event_place, ground_event_gap
    use ground_segments, only: gap_in_state
-   use element_gap, only: element_gap_t, gap_value, gap_look
+   use element_gap, only: element_gap_t, gap_value, gap_and_gradient
    use rod_profile, only: profile_error
    use state_functional, only: functional_t, new_functional
    use gap_functional, only: new_place_gap_functional
@@ -145,7 +145,7 @@ contains
       if (.not. is_on_ground(zero)) return
       call ground_event_place(problem, state, zero%event%ground, candidate, tau, factor)
       if (candidate == 0) return
-      call gap_look(problem, gap_in_state(problem, state, candidate), tau, x, gap, normal, bend)
+      call gap_and_gradient(problem, gap_in_state(problem, state, candidate), tau, x, gap, normal, bend)
       number = new_functional(system%n)
       call number%add(factor / zero%event%gap_scale, new_place_gap_functional(problem, state, system, &
          & problem%ground%chain%contact(candidate), problem%ground%chain%element(2, candidate), tau, gap, normal))

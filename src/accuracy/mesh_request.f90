@@ -140,7 +140,8 @@ contains
          end if
          if (known) then
             helps = ratio <= enough_progress * last%ratio
-            on_its_way = comes_there(ratio, now, last%ratio_before, last%elements_before, count(problem%layout%rod_segment%placed))
+            on_its_way = can_reach_tolerance(ratio, now, last%ratio_before, last%elements_before, &
+               & count(problem%layout%rod_segment%placed))
             if (tries > most_cancelling) helps = helps .and. on_its_way
             if (helps .or. tries == 0) then
                last%ratio = ratio
@@ -184,7 +185,7 @@ contains
    !> True if finer meshes can satisfy the tolerance: the error, extrapolated with its rate between two meshes, reaches the
    !> tolerance before rounding dominates. Rounding grows as the fourth power of the number of elements of a rod. Slope
    !> discontinuities inside elements make the rate small.
-   pure logical function comes_there(ratio, now, ratio_before, elements_before, segments)
+   pure logical function can_reach_tolerance(ratio, now, ratio_before, elements_before, segments)
       real(wp), intent(in) :: ratio              !! error over tolerance on the present mesh
       integer, intent(in) :: now                 !! number of elements of the present mesh
       real(wp), intent(in) :: ratio_before       !! error over tolerance on a coarser mesh; elements_before: its number of elements
@@ -193,8 +194,8 @@ contains
       real(wp) :: finer, left
       finer = log(real(now, wp) / max(elements_before, 1))
       left = log(segments * epsilon(ratio)**(-0.25_wp) / now)
-      comes_there = log(max(ratio, 1.0_wp)) * finer <= left * (log(ratio_before) - log(max(ratio, tiny(ratio))))
-   end function comes_there
+      can_reach_tolerance = log(max(ratio, 1.0_wp)) * finer <= left * (log(ratio_before) - log(max(ratio, tiny(ratio))))
+   end function can_reach_tolerance
 
    !> Requests a coarser mesh if bars are narrower than necessary. `demand` is not allocated if the mesh would have hardly fewer
    !> elements, or if the number of elements is unknown.

@@ -41,7 +41,8 @@ module path_errors
       real(wp), allocatable :: near(:)           !! load factor, monitors and positions of touchdown points after the first step
       real(wp) :: more = 0.0_wp                  !! second step: remaining distance to the zero of the event function
       real(wp), allocatable :: rate(:) !! derivative of the values in `near` with respect to the distance, for the second step
-      real(wp), allocatable :: doubt(:) !! change of the values in `near` if elements are enriched by two orders instead of one
+      real(wp), allocatable :: uncertainty(:) !! change of the values in `near` if elements are enriched by two orders instead of
+      !! one
       real(wp) :: rounding = 0.0_wp !! rounding error of the event function after a first step so short that the remaining value is
       !! rounding
       character(:), allocatable :: why           !! reason why the event could not be found; not allocated: found
@@ -88,8 +89,8 @@ contains
       if (bars%why /= '') return
       ends = [integer ::]
       if (places) ends = moving_ends(problem)
-      call begin(problem, finer, state, system, holding(problem, state, control, heading), heading, ends, no_modes, path, point, &
-         & shares, value)
+      call begin(problem, finer, state, system, point_constraint(problem, state, control, heading), heading, ends, no_modes, &
+         & path, point, shares, value)
       if (point%ok) bars%missed = unstable_difference(problem, state, system, path, point, 0)
       if (point%ok .and. places) bars%unsure = sign_uncertain(problem, state, system, path, point)
       call values_beside(path, point)
@@ -131,7 +132,7 @@ contains
       real(wp), allocatable :: left_out(:, :)    ! (unknowns, any number) null vectors; displacements along them are rounding
       real(wp), allocatable :: modes(:, :), value(:), final(:), unseen(:), sizes(:), rounding(:)
       type(functional_t), allocatable :: gap     ! event function, if it is the gap to a foundation; else not allocated
-      real(wp) :: reach, local, most, doubt, noise
+      real(wp) :: reach, local, most, uncertainty, noise
       integer, allocatable :: ends(:)
       integer :: e
       bars = no_error_bars(size(problem%model%monitor), why_no_bars(problem, state, as_it_is, &
@@ -146,7 +147,7 @@ contains
          return
       end if
       control%method = method_linearised
-      control = holding(problem, state, control, heading)
+      control = point_constraint(problem, state, control, heading)
       ! Length of the increment in units of the controlled quantity. At a limit point the load does not contribute to it; if no node
       ! moves, only the load does.
       if (size(modes, 2) > 0) control = normal_plane(problem, state, heading, 1.0_wp)
@@ -173,7 +174,7 @@ contains
       ! The null vector of the limit point itself is not among those removed.
       bars%missed = unstable_difference(problem, state, system, path, first, size(left_out, 2) + merge(0, 1, size(modes, 2) > 0))
       call find_crossing(path, zero, reach, load_rounding(), first, crossing)
-      if (.not. allocated(crossing%why)) call doubt_crossing(path, zero, first, crossing)
+      if (.not. allocated(crossing%why)) call measure_uncertainty(path, zero, first, crossing)
       if (allocated(crossing%why)) then
          bars%why = crossing%why
          bars%too_coarse = bars%why == no_convergence .or. size(modes, 2) > 0
@@ -182,13 +183,13 @@ contains
       bars%way = (crossing%way + crossing%more) / reach * length
       if (zero_is(zero, event_limit)) bars%turned = crossing%f * heading%load < 0.0_wp
       final = crossing%near + (crossing%more - left_of_zero(problem, zero, state, system) / crossing%slope) * crossing%rate
-      unseen = abs(first%value - value - shares%sum(:size(value))) + abs(crossing%more * crossing%rate) + abs(crossing%doubt)
+      unseen = abs(first%value - value - shares%sum(:size(value))) + abs(crossing%more * crossing%rate) + abs(crossing%uncertainty)
       sizes = shares%size(:size(value)) + abs(crossing%near - first%value)
       noise = location_rounding()
       rounding = shares%rounding(:size(value)) + abs(crossing%rate) * noise / abs(crossing%slope)
       if (zero_is(zero, event_limit)) rounding(1) = shares%rounding(1) + 0.5_wp * noise**2 / abs(crossing%slope)
       call between_nodes(problem, zero, state, system, heading%load, path%problem, first%state, crossing%f, e, local, &
-         & most, doubt)
+         & most, uncertainty)
       call share_way()
       call set_bars(problem, state, system, ends, shares, value, final - value, unseen, sizes, rounding, bars)
       call move_alloc(first%system, finer%system)
@@ -215,7 +216,7 @@ contains
                shares%element(m, :) = shares%element(m, :) + (moved - own) * part / sum(part)
             end if
             if (e == 0) cycle
-            own = max(own, next_order * most * by_event) + doubt * by_event
+            own = max(own, next_order * most * by_event) + uncertainty * by_event
             shares%element(m, e) = shares%element(m, e) + own
             shares%inside(m) = abs(shares%inside(m)) + own
          end do
@@ -366,7 +367,7 @@ contains
    !> Uncertainty of the path of the enriched problem: change of the values and of the event function at a point if elements are
    !> enriched by one more order. On meshes that hardly resolve the solution this change is as large as that of the first
    !> enrichment. If the contributions of few elements cancel, a larger part of the change is counted.
-   subroutine doubt_crossing(path, zero, first, crossing)
+   subroutine measure_uncertainty(path, zero, first, crossing)
       type(enriched_path_t), intent(in) :: path
       type(zero_t), intent(in) :: zero           !! test function of the event
       type(enriched_point_t), intent(in) :: first   !! point of the enriched path at which the original problem has the event
@@ -383,13 +384,13 @@ contains
          crossing%why = no_convergence
          return
       end if
-      crossing%doubt = point%value - first%value - crossing%rate / crossing%slope * (zero_value(next%problem, zero, point%state, &
-         & point%system, point%heading%load) - crossing%f)
-   end subroutine doubt_crossing
+      crossing%uncertainty = point%value - first%value - crossing%rate / crossing%slope * (zero_value(next%problem, zero, &
+         & point%state, point%system, point%heading%load) - crossing%f)
+   end subroutine measure_uncertainty
 
    !> Constraint that identifies the same point on the paths of both problems: the load or monitor prescribed by the strategy, else
    !> the plane normal to the path.
-   function holding(problem, state, control, heading) result(held)
+   function point_constraint(problem, state, control, heading) result(held)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(control_t), intent(in) :: control
@@ -398,7 +399,7 @@ contains
       held%method = control%method
       held%monitor = control%monitor
       if (is_arc_length(control%method)) held = normal_plane(problem, state, heading)
-   end function holding
+   end function point_constraint
 
    !> Linearises the enriched problem at the point of the original problem, and computes the error contributions of the elements.
    subroutine begin(problem, finer, state, system, control, heading, ends, modes, path, point, shares, value, &

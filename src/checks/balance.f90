@@ -14,7 +14,7 @@ module balance
    use section_forces, only: end_forces
    use span_forces, only: span_totals, end_force
    use track_nodes, only: rolled_t, rolled
-   use conforming_span, only: lying_t, conforming_forces, density_samples, smooth_parts
+   use conforming_span, only: conforming_state_t, conforming_forces, density_samples, smooth_parts
    use deck_nodes, only: deck_contact_gaps, find_node
    use element_foundation, only: foundation_forces
    use rod_profile, only: profile_t, new_profile, mend_ends, profile_error_bound
@@ -185,7 +185,7 @@ contains
          real(wp) :: totals(3, size(problem%model%contact), size(problem%model%obstacle)), moment(size(problem%model%obstacle))
          real(wp) :: push, gap, normal(2), bend, local(3), x(2), angle, density, tau, counted(2)
          type(rolled_t) :: roll
-         type(lying_t) :: kept
+         type(conforming_state_t) :: kept
          type(profile_t) :: profile
          real(wp), allocatable :: gaps(:), place(:, :)
          integer :: c, e, i, parts, mesh_node
@@ -361,7 +361,7 @@ contains
          else
             if (.not. problem%candidates%bilateral(c) .and. state%reaction(c) > 0.0_wp .and. gap > 0.0_wp) &
                & call note(check_complementarity, state%reaction(c) * gap / (largest * problem%size))
-            call foundation_answer(problem, c, gap, push, spring)
+            call foundation_response(problem, c, gap, push, spring)
             ! An open node may penetrate until its reaction would exceed the tolerance of equilibrium, the accuracy with which the
             ! onset of contact is located.
             uncertain = rounding_gap(problem)
@@ -384,7 +384,7 @@ contains
    end subroutine measure_contact
 
    !> Force of a foundation at a node for a given gap.
-   pure subroutine foundation_answer(problem, candidate, gap, push, spring)
+   pure subroutine foundation_response(problem, candidate, gap, push, spring)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
       real(wp), intent(in) :: gap
@@ -396,5 +396,5 @@ contains
          & spring)
       push = push * problem%candidates%tributary(candidate)
       spring = spring * problem%candidates%tributary(candidate)
-   end subroutine foundation_answer
+   end subroutine foundation_response
 end module balance

@@ -24,29 +24,29 @@ module mesh_adequacy
    use columns, only: scientific
    implicit none
    private
-   public :: verdict_t, judge_mesh, verdict_words, compression
+   public :: adequacy_t, measure_adequacy, adequacy_words, compression
 
    real(wp), parameter :: wanted = 0.01_wp !! accepted relative error of a load
    integer, parameter :: buckled = 1, unheld = 2, unbent = 3, slack = 4
    real(wp), parameter :: limits(4) = [pi**2, pi**2 / 8.0_wp, wanted, 2.5_wp * wanted]
 
    !> The measure of the mesh's adequacy that is worst in one state; the measures are described in the header of this module.
-   type :: verdict_t
+   type :: adequacy_t
       real(wp) :: ratio = 0.0_wp              !! worst measure over its limit; above 1 the mesh is too coarse
       real(wp) :: value = 0.0_wp              !! value of the worst measure
       real(wp) :: limit = 0.0_wp
       integer :: kind = 0
       integer, allocatable :: element(:) !! labels of the elements beyond the limit; if there are none, the label of the worst
       !! element
-   end type verdict_t
+   end type adequacy_t
 
 contains
 
    !> Evaluates the adequacy of the elements between neighbouring candidates of contacts at nodes.
-   subroutine judge_mesh(problem, state, verdict)
+   subroutine measure_adequacy(problem, state, verdict)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state     !! converged
-      type(verdict_t), intent(out) :: verdict
+      type(adequacy_t), intent(out) :: verdict
       real(wp), allocatable :: measure(:, :), spent(:)
       real(wp) :: mu, energy
       integer :: c, next, e, stages, held
@@ -86,7 +86,7 @@ contains
          if (verdict%kind == slack) worst = (spent / sum(spent)) * (count(spent > 0.0_wp) * verdict%limit)
          verdict%element = pack(label, worst > verdict%limit .or. label == label(e))
       end associate
-   end subroutine judge_mesh
+   end subroutine measure_adequacy
 
    !> mu of an element: normal force in the element's middle, > 0 in compression, times h^2/EI; zero in tension.
    real(wp) function compression(problem, state, e) result(mu)
@@ -159,8 +159,8 @@ contains
    end function strain_energy
 
    !> Message for the user in one sentence: the elements, their defect, the remedy.
-   pure function verdict_words(verdict) result(words)
-      type(verdict_t), intent(in) :: verdict !! verdict with a ratio above 1
+   pure function adequacy_words(verdict) result(words)
+      type(adequacy_t), intent(in) :: verdict !! verdict with a ratio above 1
       character(:), allocatable :: words
       words = trim(merge('element ', 'elements', size(verdict%element) == 1))//' '//ranges(verdict%element)
       select case (verdict%kind)
@@ -183,7 +183,7 @@ contains
          character(:), allocatable :: text
          text = scientific(x, 2)
       end function number
-   end function verdict_words
+   end function adequacy_words
 
    !> Labels of elements as ranges, at most the first few: "3-7, 12".
    pure function ranges(label) result(text)

@@ -6,7 +6,7 @@ module point_checks
    use rod_state, only: state_t, is_stress_free
    use ground_segments, only: followed_part
    use balance, only: measure_balance
-   use mesh_adequacy, only: verdict_t, judge_mesh, verdict_words
+   use mesh_adequacy, only: adequacy_t, measure_adequacy, adequacy_words
    use run_accuracy, only: accuracy_t, place_t, note_worst, begin_point, take_point, check_mesh, check_rounding, check_rolling, &
       & check_strain, worst_t, check_penetration, check_tension, check_complementarity, check_foundation, check_force_balance, &
       & check_moment_balance, check_node_balance
@@ -48,7 +48,7 @@ contains
       character(:), allocatable, intent(out) :: wrong !! message that explains why the point is not an equilibrium; '': it passes
       !! the checks
       type(accuracy_t) :: here
-      type(verdict_t) :: verdict
+      type(adequacy_t) :: verdict
       associate (step => problem%model%step(problem%step))
          accuracy%asked = max(accuracy%asked, max(step%asked, step%asked_of_path) * maxval(norm2(state%u(1:2, :), 1)) / &
             & problem%size)
@@ -57,9 +57,9 @@ contains
       call measure_balance(problem, state, at, point%residual, here, touches_in)
       wrong = failed_words(here)
       call take_point(accuracy, here)
-      call judge_mesh(problem, state, verdict)
+      call measure_adequacy(problem, state, verdict)
       if (size(verdict%element) > 0) call note_worst(accuracy, check_mesh, verdict%ratio, at, element=verdict%element(1))
-      if (verdict%ratio > 1.0_wp) call warn('the mesh is too coarse', verdict_words(verdict), accuracy%mesh_words)
+      if (verdict%ratio > 1.0_wp) call warn('the mesh is too coarse', adequacy_words(verdict), accuracy%mesh_words)
       call warn_of_rounding()
       call warn_of_rolling()
       call warn_of_strain()
@@ -87,12 +87,13 @@ contains
          where = 'node '//to_text(problem%model%mesh%node_label(problem%rolling))
          call warn('the loads do not tell how far the rod rolls about '//where, 'contact is as long before it as after it, by '// &
             & 'choice; loads and forces are the same for others, displacements are not', accuracy%rolling_words)
-         if (allocated(accuracy%hanging_words)) return
+         if (allocated(accuracy%undetermined_words)) return
          names = ''
          do m = 1, size(problem%deck%monitor)
             if (left_open(problem, m, state, system)) names = names//', '//trim(problem%deck%monitor(m)%name)
          end do
-         if (names /= '') accuracy%hanging_words = 'from point '//to_text(at%point)//' (load factor '//brief(at%load_factor)// &
+         if (names /= '') &
+            & accuracy%undetermined_words = 'from point '//to_text(at%point)//' (load factor '//brief(at%load_factor)// &
             & ') on the loads do not tell how far the rod rolls about '//where//', nor what hangs on it: '//names(3:)
       end subroutine warn_of_rolling
 

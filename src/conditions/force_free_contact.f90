@@ -14,7 +14,7 @@ module force_free_contact
    use obstacle_track, only: track_t
    use contact_spans, only: contact_span_t
    use track_nodes, only: node_track
-   use conforming_span, only: lying_t, conforming_forces, density_samples, smooth_parts
+   use conforming_span, only: conforming_state_t, conforming_forces, density_samples, smooth_parts
    use span_problem, only: new_span_problem
    use span_candidates, only: present_contact_spans
    use touchdown_points, only: carry_forces
@@ -25,7 +25,7 @@ module force_free_contact
    use bordered_system, only: linearise
    implicit none
    private
-   public :: any_force_free, remove_force_free_lines, isolate_force_free_lines, count_opening, let_turn, line_opening
+   public :: any_force_free, remove_force_free_lines, isolate_force_free_lines, count_opening, free_rotations, line_opening
 
    real(wp), parameter :: nothing = 1.0e-7_wp !! forces below this part of the structure's force scale count as zero; with values
    !! from 1E-8 to 1E-6 every deck in input has the same results
@@ -58,7 +58,7 @@ contains
       do k = 1, size(weak)
          if (.not. weak(k)) cycle
          do side = 1, 2
-            if (ends_nowhere(problem, contact_span, k, side) .and. .not. (side == 2 .and. pressed_end(k))) cycle
+            if (needs_no_point(problem, contact_span, k, side) .and. .not. (side == 2 .and. pressed_end(k))) cycle
             rest = [rest, contact_span(k)]
             associate (point => rest(size(rest)))
                point%line = .false.
@@ -187,18 +187,18 @@ contains
    end subroutine count_isolated
 
    !> Prepares the reduced problem for a path that leaves the wall: the osculating contacts become point contacts that may rotate.
-   pure subroutine let_turn(free)
+   pure subroutine free_rotations(free)
       type(problem_t), intent(inout) :: free
       integer :: c
       do c = 1, free%candidates%n
          if (free%candidates%contact_span(c) > 0) free%candidates%follows(c) = &
             & free%contact_span(free%candidates%contact_span(c))%line
       end do
-   end subroutine let_turn
+   end subroutine free_rotations
 
    !> True if the reduced problem needs no point contact at this end of a line contact: the rod ends there, or another line contact
    !> continues it.
-   pure logical function ends_nowhere(problem, contact_span, k, side)
+   pure logical function needs_no_point(problem, contact_span, k, side)
       type(problem_t), intent(in) :: problem
       type(contact_span_t), intent(in) :: contact_span(:) !! contact spans of the present problem
       integer, intent(in) :: k, side
@@ -206,21 +206,21 @@ contains
       real(wp) :: end
       way = merge(-1, 1, side == 1)
       end = merge(0.0_wp, problem%layout%rod_segment(contact_span(k)%rod_segment)%length, side == 1)
-      ends_nowhere = .false.
+      needs_no_point = .false.
       if (abs(contact_span(k)%at(side) - end) > 0.0_wp) return
       if (side == 1) then
          node = problem%model%mesh%node(1, problem%element_first(contact_span(k)%rod_segment))
       else
          node = problem%model%mesh%node(2, problem%element_last(contact_span(k)%rod_segment))
       end if
-      ends_nowhere = problem%beside(side, node) == 0
+      needs_no_point = problem%beside(side, node) == 0
       next = beyond(problem, k, way)
       if (next == 0) return
       end = merge(problem%layout%rod_segment(next)%length, 0.0_wp, side == 1)
-      ends_nowhere = any(contact_span%line .and. contact_span%rod_segment == next .and. contact_span%contact == &
+      needs_no_point = any(contact_span%line .and. contact_span%rod_segment == next .and. contact_span%contact == &
          & contact_span(k)%contact .and. &
          & abs(contact_span%at(3 - side) - end) <= 0.0_wp)
-   end function ends_nowhere
+   end function needs_no_point
 
    !> True if the magnitude of the obstacle's force density along a line contact exceeds `bound` anywhere, by more than its error.
    !> This error is the error of the thrust times the curvature of the track. On a straight obstacle it is zero: there the density
@@ -232,7 +232,7 @@ contains
       real(wp), intent(in) :: thrust_error
       real(wp), intent(in) :: bound
       real(wp) :: local(3), place(2), angle, density, noise
-      type(lying_t) :: kept
+      type(conforming_state_t) :: kept
       integer :: e, i, parts
       is_pressed = .true.
       do e = problem%contact_span(contact_span)%element(1), problem%contact_span(contact_span)%element(2)

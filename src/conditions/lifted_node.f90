@@ -27,7 +27,7 @@ module lifted_node
    use breakpoint_forces, only: breakpoint_force, breakpoint_couple
    implicit none
    private
-   public :: inside_line, lifted_beside, lifted_at_mirror, stays_down, holding_density
+   public :: inside_line, lifted_beside, lifted_at_mirror, stays_in_contact, holding_density
 
 contains
 
@@ -85,20 +85,20 @@ contains
 
    !> True if the node at the end of a line contact stays in contact under a couple: the couple lifts a negligible length, or by a
    !> height below rounding.
-   pure logical function stays_down(problem, element, couple, density)
+   pure logical function stays_in_contact(problem, element, couple, density)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: element        !! element of the line contact beside the node
       real(wp), intent(in) :: couple        !! couple on the node, of either sign
       real(wp), intent(in) :: density       !! density of the obstacle's force beside the node, > 0 where it presses
       real(wp) :: length, height
-      stays_down = density > 0.0_wp
-      if (.not. stays_down) return
+      stays_in_contact = density > 0.0_wp
+      if (.not. stays_in_contact) return
       length = 2.0_wp * sqrt(abs(couple) / density)
       ! The lifted height w is largest at x = 3 l/4.
       height = 27.0_wp / 256.0_wp * density * length**4 * problem%compliance(element)%bending / 24.0_wp
-      stays_down = length <= line_share * problem%layout%rod_segment(problem%rod_segment(element))%length .or. height <= &
+      stays_in_contact = length <= line_share * problem%layout%rod_segment(problem%rod_segment(element))%length .or. height <= &
          & rounding_gap(problem)
-   end function stays_down
+   end function stays_in_contact
 
    !> Lengths of local uplift before and after a node; huge if the obstacle does not press.
    pure function lifted_lengths(couple, force, density) result(length)

@@ -5,7 +5,7 @@ module line_pressure
    use rod_state, only: state_t, element_load, node_position
    use track_nodes, only: excess_curvature, node_track, track_sense, rod_angle, bend_at, track_joints, find_joints
    use ge_in_state, only: ge_end
-   use conforming_span, only: lying_t, conforming_forces, density_samples, smooth_parts
+   use conforming_span, only: conforming_state_t, conforming_forces, density_samples, smooth_parts
    use obstacle_track, only: track_t
    use rod_load, only: ge_load_t, line_at
    use contact_spans, only: contact_span_t
@@ -35,7 +35,7 @@ contains
       type(contact_span_t), intent(in) :: line            !! line contact in the present state
       type(pressure_t) :: pressure
       real(wp), allocatable :: at(:), density(:)
-      type(lying_t) :: kept
+      type(conforming_state_t) :: kept
       real(wp) :: place
       integer :: e, i, n, parts
       n = 0
@@ -109,7 +109,7 @@ contains
       type(state_t), intent(in) :: state
       type(contact_span_t), intent(in) :: line
       real(wp), intent(in) :: first, last
-      type(lying_t), intent(inout) :: kept                !! conforming state of the elements used before, see conforming_forces
+      type(conforming_state_t), intent(inout) :: kept !! conforming state of the elements used before, see conforming_forces
       type(minimum_search_t) :: search
       call search%begin(first, last, near)
       do while (search%asks(place))
@@ -123,7 +123,8 @@ contains
       type(state_t), intent(in) :: state
       type(contact_span_t), intent(in) :: line            !! line contact in the present state
       real(wp), intent(in) :: at                          !! coordinate along the rod segment
-      type(lying_t), intent(inout), optional :: kept      !! conforming state of the elements used before, see conforming_forces
+      type(conforming_state_t), intent(inout), optional :: kept !! conforming state of the elements used before, see
+      !! conforming_forces
       real(wp) :: local(3), place(2), angle, tau
       integer :: e
       call find_point(problem, state, line%rod_segment, at, e, tau)

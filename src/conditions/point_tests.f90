@@ -11,7 +11,7 @@ module point_tests
    use breakpoint_forces, only: breakpoint_force, at_breakpoint, left_over, breakpoint_couple
    use contact_spans, only: line_share
    use test_kinds, only: span_test_t, test_force, test_curvature, test_slope, test_leaving, test_couple
-   use lifted_node, only: inside_line, lifted_beside, lifted_at_mirror, stays_down
+   use lifted_node, only: inside_line, lifted_beside, lifted_at_mirror, stays_in_contact
    implicit none
    private
    public :: tests_of_points
@@ -141,7 +141,7 @@ contains
       ! At a boundary inside a line contact the force is set to zero if it is a residual or corresponds to negligible uplift. The
       ! force of a point contact may pass through zero there; its value is kept.
       if (problem%contact_span(problem%candidates%contact_span(c))%line .and. (abs(push) <= left_over(problem) .or. &
-         & lifts_little(problem, state, c, push, scale))) push = 0.0_wp
+         & uplift_is_negligible(problem, state, c, push, scale))) push = 0.0_wp
       ! A moving support or another obstacle may displace the node, so that this contact does not constrain it. An open gap then
       ! makes the test fail.
       if (closes_gap(problem, state, c)) return
@@ -193,7 +193,7 @@ contains
       if (couple <= left_over(problem)) couple = 0.0_wp
       if (.not. couple > 0.0_wp) return
       if (.not. inside_line(problem, c)) then
-         if (ends_down(problem, state, c)) couple = 0.0_wp
+         if (end_stays_in_contact(problem, state, c)) couple = 0.0_wp
          return
       end if
       length = lifted_beside(problem, state, c)
@@ -204,20 +204,20 @@ contains
    end function lifting_couple
 
    !> True if the couple at the node where both a line contact and the rod end lifts only a negligible length or height.
-   logical function ends_down(problem, state, c)
+   logical function end_stays_in_contact(problem, state, c)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c
       real(wp) :: density
       integer :: e
       call find_line_end(problem, state, c, e, density)
-      ends_down = e > 0
-      if (ends_down) ends_down = stays_down(problem, e, breakpoint_couple(problem, state, c), density)
-   end function ends_down
+      end_stays_in_contact = e > 0
+      if (end_stays_in_contact) end_stays_in_contact = stays_in_contact(problem, e, breakpoint_couple(problem, state, c), density)
+   end function end_stays_in_contact
 
    !> True if a force away from the obstacle lifts only a negligible length: the force acts on a line contact's node with fixed
    !> rotation at the end of a rod (symmetry plane).
-   logical function lifts_little(problem, state, c, push, scale)
+   logical function uplift_is_negligible(problem, state, c, push, scale)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c              !! candidate
@@ -225,13 +225,13 @@ contains
       real(wp), intent(in) :: scale         !! scale of forces, see system_t
       real(wp) :: density
       integer :: e
-      lifts_little = push < 0.0_wp .and. problem%model%fixed(3, problem%candidates%node(c))
-      if (.not. lifts_little) return
+      uplift_is_negligible = push < 0.0_wp .and. problem%model%fixed(3, problem%candidates%node(c))
+      if (.not. uplift_is_negligible) return
       call find_line_end(problem, state, c, e, density)
-      lifts_little = e > 0
-      if (lifts_little) lifts_little = lifted_at_mirror(-push * scale, density) <= line_share * &
+      uplift_is_negligible = e > 0
+      if (uplift_is_negligible) uplift_is_negligible = lifted_at_mirror(-push * scale, density) <= line_share * &
          & problem%layout%rod_segment(problem%rod_segment(e))%length
-   end function lifts_little
+   end function uplift_is_negligible
 
    !> Finds the element of a line contact at a candidate at which both the line contact and the rod end; also the density of the
    !> obstacle's force there.

@@ -22,8 +22,8 @@ module path_continuity
    implicit none
    private
    public :: path_tangent_t, normal_plane, relation_t, path_tangent_at, relate, same_path, turned_over, too_far, at_corner, &
-      & length_to_corner, angle_between, stands_still, chord_between, seen_from, between, part_at, lies_between, goes_back, &
-      & alike, blended, largest_turn, largest_distance
+      & length_to_corner, angle_between, stands_still, chord_between, transferred_field, between, part_at, lies_between, &
+      & goes_back, alike, blended, largest_turn, largest_distance
 
    !> Unit tangent of a path at a point.
    type :: path_tangent_t
@@ -45,7 +45,7 @@ module path_continuity
    end type relation_t
 
    interface stands_still
-      module procedure heading_stands, rate_stands
+      module procedure moves_by_rounding, rate_is_rounding
    end interface stands_still
 
    real(wp), parameter :: largest_turn = 0.5_wp !! [rad] largest turn of the tangent in one increment
@@ -111,13 +111,13 @@ contains
       if (length <= no_motion) return
       rise = (to%load_factor - from%load_factor) / length
       chord = chord / length
-      call seen(after, last, rates(2), to)
+      call take_tangent(after, last, rates(2), to)
       if (fresh) then
          first = chord
          rates(1) = rise
          relation%rotation = length * maxval(abs(chord(3, :)))
       else
-         call seen(before, first, rates(1), from)
+         call take_tangent(before, first, rates(1), from)
       end if
       if (.not. (product_of(first, first) > 0.0_wp .and. product_of(last, last) > 0.0_wp)) return
       ! If displacements change by rounding only, the tangents are meaningless, and the chord is the accuracy with which an event
@@ -148,18 +148,18 @@ contains
    contains
 
       !> Transfers a tangent to the nodes of `from` and normalises it.
-      pure subroutine seen(heading, u, rate, there)
+      pure subroutine take_tangent(heading, u, rate, there)
          type(path_tangent_t), intent(in) :: heading
          real(wp), intent(out) :: u(:, :), rate
          type(state_t), intent(in) :: there     !! state at which the tangent was computed
          real(wp) :: norm
-         u = seen_from(problem, from, there, heading%u)
+         u = transferred_field(problem, from, there, heading%u)
          norm = sqrt(product_of(u, u))
          rate = heading%load
          if (.not. norm > 0.0_wp) return
          u = u / norm
          rate = heading%load / norm
-      end subroutine seen
+      end subroutine take_tangent
 
       !> Inner product of displacements with the weights `weight`.
       pure real(wp) function product_of(a, b)
@@ -196,8 +196,7 @@ contains
    pure logical function same_path(relation)
       type(relation_t), intent(in) :: relation
       same_path = .not. relation%comparable .or. (relation%turn <= largest_turn .and. relation%distance <= largest_distance .and. &
-         & relation%load <= largest_load .and. &
-         & relation%bending <= largest_load .and. .not. turned_over(relation))
+         & relation%load <= largest_load .and. relation%bending <= largest_load .and. .not. turned_over(relation))
    end function same_path
 
    !> True if, from a start without a tangent, a rod has rotated by more than a right angle in one increment: the corrector may have
@@ -248,7 +247,7 @@ contains
       first = -1.0_wp
       chord = chord_between(problem, from, to)
       length = sqrt(metric(problem, chord, chord))
-      ahead = seen_from(problem, from, to, after%u)
+      ahead = transferred_field(problem, from, to, after%u)
       rate = sqrt(metric(problem, ahead, ahead))
       if (.not. (length > no_motion .and. rate > 0.0_wp .and. metric(problem, before%u, before%u) > 0.0_wp)) return
       ahead = ahead / rate
@@ -267,18 +266,18 @@ contains
    end function length_to_corner
 
    !> True if a change of the load moves the structure by rounding only, so that the path tangent has no direction.
-   pure logical function heading_stands(heading, rise) result(stands)
+   pure logical function moves_by_rounding(heading, rise) result(stands)
       type(path_tangent_t), intent(in) :: heading
       real(wp), intent(in) :: rise              !! change of the load factor
-      stands = .not. any(abs(heading%u) > 0.0_wp) .or. rate_stands(heading%load, rise)
-   end function heading_stands
+      stands = .not. any(abs(heading%u) > 0.0_wp) .or. rate_is_rounding(heading%load, rise)
+   end function moves_by_rounding
 
    !> True if a change of the load moves the structure by rounding only, for a path tangent given by its load rate.
-   pure logical function rate_stands(rate, rise) result(stands)
+   pure logical function rate_is_rounding(rate, rise) result(stands)
       real(wp), intent(in) :: rate              !! d(load factor)/d(arc length)
       real(wp), intent(in) :: rise
       stands = abs(rise) <= no_motion * abs(rate)
-   end function rate_stands
+   end function rate_is_rounding
 
    !> Displacement between two states of the material points that are nodes of `from`.
    pure function chord_between(problem, from, to) result(chord)
@@ -293,14 +292,14 @@ contains
    end function chord_between
 
    !> Transfers a rate field from the nodes of one state to the nodes of another.
-   pure function seen_from(problem, from, there, u) result(seen)
+   pure function transferred_field(problem, from, there, u) result(seen)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, there
       real(wp), intent(in) :: u(:, :)           !! (3, nodes) field at the nodes of `there`
       real(wp) :: seen(3, size(u, 2))
       seen = u
       if (problem%moves_nodes()) seen = field_at(problem, there, u, from%geometry)
-   end function seen_from
+   end function transferred_field
 
    !> True if two states can be interpolated smoothly: they have the same contact set and, on a mesh with fixed nodes, the same
    !> positions of nodes along the rods.
@@ -435,9 +434,9 @@ contains
       way = chord_between(problem, from, place)
       along = metric(problem, way, chord) / length**2
       if (along <= 0.0_wp .or. along >= 1.0_wp) return
-      if (metric(problem, chord, seen_from(problem, from, place, heading%u)) >= 0.0_wp) return
+      if (metric(problem, chord, transferred_field(problem, from, place, heading%u)) >= 0.0_wp) return
       weight = hermite(along)
-      last = seen_from(problem, from, to, after%u)
+      last = transferred_field(problem, from, to, after%u)
       way = way - weight(1) * length * before%u - weight(2) * chord - weight(3) * length * last
       load = place%load_factor - from%load_factor - weight(2) * (to%load_factor - from%load_factor) - &
          & length * (weight(1) * before%load + weight(3) * after%load)
@@ -465,7 +464,7 @@ contains
          ! Cubic for the displacements of the material points that are nodes of `from`.
          weight = hermite(part)
          way = way - weight(1) * length * before%u - weight(2) * chord - weight(3) * length * &
-            & seen_from(problem, from, to, after%u)
+            & transferred_field(problem, from, to, after%u)
          distance = sqrt(metric(problem, way, way))
          load = from%load_factor + weight(2) * (to%load_factor - from%load_factor) + length * (weight(1) * before%load + &
             & weight(3) * after%load)

@@ -22,7 +22,7 @@ module path_control
       & method_minimum_residual, method_variable_load, method_generalised, method_largest, quantity_displacement
    use problem, only: problem_t
    use rod_state, only: state_t
-   use state_transfer, only: kept_t, displacements_at, field_at, see_from
+   use state_transfer, only: kept_t, displacements_at, field_at, transfer_fields
    use linear_system, only: system_t
    use bordered_system, only: set_path_row, linear_functional, solve_bordered, all_to_global
    use state_functional, only: functional_t, new_load_functional
@@ -31,8 +31,8 @@ module path_control
    use displacement_functional, only: new_displacement_functional, watched_displacement
    implicit none
    private
-   public :: control_t, control_row, held_by, control_error, held_within, is_arc_length, set_tangent, path_length, metric, &
-      & turning, displacement_between, follow_nodes, can_be_held, holding_value
+   public :: control_t, control_row, prescribed_functional, control_error, constraint_tolerance, is_arc_length, set_tangent, &
+      & path_length, metric, turning, displacement_between, follow_nodes, can_be_held, holding_value
 
    !> Constraint of an increment.
    type :: control_t
@@ -153,7 +153,7 @@ contains
       end if
       dl = state%load_factor - start%load_factor
       if (any(control%method == [method_load, method_displacement])) then
-         held = held_by(problem, control, state, system)
+         held = prescribed_functional(problem, control, state, system)
          rhs = control%increment - dl
          if (control%method == method_displacement) &
             & rhs = control%increment - change_so_far(problem, control, start, state) - held%defect
@@ -172,7 +172,7 @@ contains
       travelled = metric(problem, row, row) + load_weight(control) * dl**2
       if (control%method == method_linearised .or. travelled <= 0.0_wp) then
          rhs = control%increment - metric(problem, control%tangent, row) - load_weight(control) * control%tangent_load * dl
-         call set_path_row(system, held_by(problem, control, state, system))
+         call set_path_row(system, prescribed_functional(problem, control, state, system))
       else if (is_free(control%method)) then
          rhs = 0.0_wp
          if (control%method == method_minimum_residual) row = all_to_global(problem, system, system%tangent)
@@ -188,7 +188,7 @@ contains
 
    !> Functional that the constraint prescribes at a point of the path: the load factor, the monitor, or the distance along the
    !> control's tangent.
-   function held_by(problem, control, state, system) result(held)
+   function prescribed_functional(problem, control, state, system) result(held)
       type(problem_t), intent(in) :: problem
       type(control_t), intent(in) :: control
       type(state_t), intent(in) :: state
@@ -203,7 +203,7 @@ contains
          held = linear_functional(problem, system, metric_row(problem, control%tangent), &
             & load_weight(control) * control%tangent_load)
       end select
-   end function held_by
+   end function prescribed_functional
 
    !> Change of the controlled monitor since the start of the increment.
    pure real(wp) function change_so_far(problem, control, start, state) result(change)
@@ -316,10 +316,10 @@ contains
    end function control_error
 
    !> Largest violation of the constraint, over the increment, that is allowed at a point of the path.
-   pure real(wp) function held_within(step)
+   pure real(wp) function constraint_tolerance(step)
       type(step_t), intent(in) :: step
-      held_within = max(step%tolerance, 1.0e-9_wp)
-   end function held_within
+      constraint_tolerance = max(step%tolerance, 1.0e-9_wp)
+   end function constraint_tolerance
 
    !> Dimensionless distance between the displacements of two states; the sum of these distances is the arc length in the results.
    pure real(wp) function path_length(problem, from, to)
@@ -349,13 +349,13 @@ contains
       type(state_t), intent(in) :: start
       type(control_t), intent(in) :: control
       type(state_t), intent(in) :: state
-      type(kept_t), intent(inout) :: kept(:)      !! data of the start of the increment, see see_from
+      type(kept_t), intent(inout) :: kept(:)      !! data of the start of the increment, see transfer_fields
       type(state_t), intent(inout) :: origin !! in: start of the increment; out: its displacements are those at the iterate's nodes
       type(control_t), intent(inout) :: seen      !! out: control with tangents at the iterate's nodes
       if (allocated(control%tangent) .and. any(control%method == [method_linearised, method_generalised, method_largest])) then
-         call see_from(problem, start, state%geometry, kept, origin%u, control%tangent, seen%tangent)
+         call transfer_fields(problem, start, state%geometry, kept, origin%u, control%tangent, seen%tangent)
       else
-         call see_from(problem, start, state%geometry, kept, origin%u)
+         call transfer_fields(problem, start, state%geometry, kept, origin%u)
       end if
       if (allocated(control%previous)) seen%previous = field_at(problem, start, control%previous, state%geometry)
       if (control%method == method_displacement) seen%watched = watched_displacement(problem, start, control%monitor)

@@ -15,13 +15,13 @@ module contact_lcp
    use linear_system, only: system_t, contact_reaction, turn_pair
    use tied_nodes, only: spread_force
    use bordered_system, only: solve_bordered
-   use active_coupling, only: coupled_answer, add_forces
+   use active_coupling, only: coupled_response, add_forces
    use contact_response, only: predict_contact, gap_change, reaction_change
    use lemke, only: solve_lcp, outcome_name, lcp_solved
    use timing, only: count_up, counter_lcp, counter_lcp_pivots, counter_lcp_failed
    implicit none
    private
-   public :: contact_lcp_t, new_contact_lcp, add_candidates, solve_contact_lcp, add_answer
+   public :: contact_lcp_t, new_contact_lcp, add_candidates, solve_contact_lcp, add_solution
 
    !> w = q + M z for n uncertain candidates (z and w as in the header of this module). The columns of M follow from solutions of
    !> the bordered system, the responses to a unit of each z.
@@ -67,7 +67,7 @@ contains
       end do
       do k = 1, n
          associate (candidate => lcp%candidate(k))
-            if (problem%coupling%n > 0) call answer_of_column(candidate, lcp%x(:, k), lcp%y(k))
+            if (problem%coupling%n > 0) call response_of_column(candidate, lcp%x(:, k), lcp%y(k))
             do i = merge(old + 1, 1, k <= old), n
                lcp%m(i, k) = response(lcp%candidate(i), lcp%x(:, k), lcp%y(k), lcp%force(:, k))
             end do
@@ -99,7 +99,7 @@ contains
 
       !> Openings and reactions of all candidates on coupled ground in the response of a column. Values of other candidates are not
       !> set.
-      subroutine answer_of_column(candidate, x, y)
+      subroutine response_of_column(candidate, x, y)
          integer, intent(in) :: candidate         !! candidate of the column
          real(wp), intent(in) :: x(:), y
          integer :: j
@@ -108,8 +108,8 @@ contains
                gap(coupled) = gap_change(problem, system, coupled, x, y)
             end associate
          end do
-         call coupled_answer(problem%coupling, system%coupling, unit(problem, candidate), gap, reaction)
-      end subroutine answer_of_column
+         call coupled_response(problem%coupling, system%coupling, unit(problem, candidate), gap, reaction)
+      end subroutine response_of_column
    end subroutine add_candidates
 
    !> Solves the LCP. Given are gaps and reactions after an increment with unchanged contact set.
@@ -133,7 +133,7 @@ contains
    end subroutine solve_contact_lcp
 
    !> Adds the columns of the LCP's solution to an increment, and returns gaps and reactions of all candidates after this increment.
-   subroutine add_answer(problem, state, system, lcp, x, y, gap, reaction)
+   subroutine add_solution(problem, state, system, lcp, x, y, gap, reaction)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
@@ -153,7 +153,7 @@ contains
       given = 0.0_wp
       given(lcp%candidate) = lcp%z
       call predict_contact(problem, system, x, y, state%active, given, force, gap, reaction)
-   end subroutine add_answer
+   end subroutine add_solution
 
    !> Column of a candidate: response of the structure to a unit of its reaction, if the candidate is open, or of its opening, if it
    !> is active.
@@ -203,7 +203,7 @@ contains
       subroutine add_coupled_load()
          real(wp) :: opening(problem%candidates%n), push(problem%candidates%n)
          opening = 0.0_wp
-         call coupled_answer(problem%coupling, system%coupling, unit(problem, candidate), opening, push)
+         call coupled_response(problem%coupling, system%coupling, unit(problem, candidate), opening, push)
          call add_forces(system%coupling, push(system%coupling%candidate), force)
       end subroutine add_coupled_load
    end subroutine solve_column

@@ -2,7 +2,7 @@
 !> (Derivatives of a single gap or reaction along the path are in node_contact_functional.)
 !>
 !> On coupled ground the opening is b = gap + T r, with the reactions r of all candidates and the compliance matrix T
-!> (ground_coupling). An opening or a reaction at one candidate changes the reactions of all active candidates (coupled_answer);
+!> (ground_coupling). An opening or a reaction at one candidate changes the reactions of all active candidates (coupled_response);
 !> these changes act as loads in the columns of the LCP.
 module contact_response
    use kinds, only: wp
@@ -10,7 +10,7 @@ module contact_response
    use obstacle_pose, only: rigid_motion
    use linear_system, only: system_t, to_global, contact_reaction
    use bordered_system, only: held_force_change
-   use active_coupling, only: coupled_answer
+   use active_coupling, only: coupled_response
    implicit none
    private
    public :: predict_contact, gap_change, reaction_change
@@ -41,7 +41,7 @@ contains
             reaction(c) = contact_reaction(system, c, residual) + reaction_change(system, c, x, y)
          end if
       end do
-      call coupled_answer(problem%coupling, system%coupling, given, gap, reaction)
+      call coupled_response(problem%coupling, system%coupling, given, gap, reaction)
    end subroutine predict_contact
 
    !> Change of a candidate's gap. It includes the motion of the obstacle and the part of the gap that closes with the load factor.

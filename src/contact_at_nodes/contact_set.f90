@@ -8,7 +8,7 @@ module contact_set
    use linear_system, only: system_t
    use bordered_system, only: solve_bordered
    use contact_response, only: predict_contact
-   use contact_lcp, only: contact_lcp_t, new_contact_lcp, add_candidates, solve_contact_lcp, add_answer
+   use contact_lcp, only: contact_lcp_t, new_contact_lcp, add_candidates, solve_contact_lcp, add_solution
    use timing, only: timing_start, timing_stop, count_up, phase_contact, counter_set_changes
    implicit none
    private
@@ -120,7 +120,7 @@ contains
          if (.not. result%ok) return
          x = result%x
          y = result%y
-         call add_answer(problem, state, system, lcp, x, y, gap, reaction)
+         call add_solution(problem, state, system, lcp, x, y, gap, reaction)
          if (round == max_rounds) then
             call fail_with('the contact set did not settle')
             return
@@ -132,7 +132,7 @@ contains
       associate (doubt => lcp%candidate)
          result%active(doubt) = state%active(doubt) .neqv. lcp%z > 0.0_wp
          result%reaction(doubt) = merge(merge(lcp%w, 0.0_wp, result%active(doubt)), lcp%z, state%active(doubt))
-         call hold_once(problem, system, doubt, result)
+         call release_parallel(problem, system, doubt, result)
       end associate
       result%x = x
       result%y = y
@@ -160,7 +160,7 @@ contains
 
    !> Two rigid obstacles cannot constrain a node in the same direction: of two active contacts at a node with parallel normals, the
    !> contact with the smaller reaction is released.
-   subroutine hold_once(problem, system, doubt, result)
+   subroutine release_parallel(problem, system, doubt, result)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       integer, intent(in) :: doubt(:)          !! candidates of the LCP
@@ -186,7 +186,7 @@ contains
          integer, intent(in) :: c
          held = result%active(c) .and. .not. system%soft(c)
       end function held
-   end subroutine hold_once
+   end subroutine release_parallel
 
    !> Marks the candidates whose predicted gap or reaction has the wrong sign; bilateral candidates are never marked. The error of a
    !> reaction is the rounding of the forces. At the start of a path the load increment determines the size of the forces.

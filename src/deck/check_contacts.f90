@@ -18,7 +18,7 @@ module check_contacts
    use deck_names, only: node_words
    implicit none
    private
-   public :: check_ground_candidates, check_contact_of_tied_nodes, check_carriers, touch_by_leaders
+   public :: check_ground_candidates, check_contact_of_tied_nodes, check_carriers, keep_leaders
 
    integer, parameter :: most_candidates = 1500 !! largest number of candidates; their compliances form a full matrix
 
@@ -114,7 +114,7 @@ contains
                   why = 'cannot lie on ground that carries load sideways: that needs rods without joints'
                else if (obstacle%at_nodes) then
                   why = 'cannot have a rigid stop: give it to the node that it follows, or give it a STIFFNESS'
-               else if (touches_too(model, contact, contact%node(i), leader(model, contact%node(i)))) then
+               else if (leader_touches(model, contact, contact%node(i), leader(model, contact%node(i)))) then
                   cycle
                else
                   why = 'cannot touch a rigid obstacle: let the node that it follows touch it, give the obstacle a '// &
@@ -179,7 +179,7 @@ contains
 
    !> Of tied nodes at the same position only one remains in contact: nodes that are tied to another node of the same rigid contact
    !> are removed from the contact.
-   subroutine touch_by_leaders(model)
+   subroutine keep_leaders(model)
       type(model_t), intent(inout) :: model             !! model that has passed check_contact_of_tied_nodes
       logical, allocatable :: stays(:)
       integer :: c, i, lead
@@ -196,7 +196,7 @@ contains
          model%contact(c)%node = pack(model%contact(c)%node, stays)
          deallocate (stays)
       end do
-   end subroutine touch_by_leaders
+   end subroutine keep_leaders
 
    !> Node that has the same displacements x and y as a tied node, with chains of ties resolved; 0 if there is none or a tie has an
    !> arm.
@@ -212,7 +212,7 @@ contains
             associate (tie => model%tie(i))
                if (tie%node /= lead .or. tie%component == 3) cycle
                found = found + 1
-               if (.not. goes_along(tie)) of = -1
+               if (.not. is_plain_tie(tie)) of = -1
                if (of == 0) of = tie%of(1)
                if (of /= tie%of(1)) of = -1
             end associate
@@ -225,20 +225,20 @@ contains
    end function leader
 
    !> True for a tie that makes a component equal to the same component of another node.
-   pure logical function goes_along(tie)
+   pure logical function is_plain_tie(tie)
       type(tie_t), intent(in) :: tie
-      goes_along = size(tie%of) == 1
-      if (goes_along) goes_along = tie%part(1) == tie%component .and. abs(tie%factor(1) - 1.0_wp) <= 0.0_wp .and. &
+      is_plain_tie = size(tie%of) == 1
+      if (is_plain_tie) is_plain_tie = tie%part(1) == tie%component .and. abs(tie%factor(1) - 1.0_wp) <= 0.0_wp .and. &
          & (tie%turner == 0 .or. norm2(tie%arm) <= 0.0_wp)
-   end function goes_along
+   end function is_plain_tie
 
    !> True if a node's leader is at the same position and is a candidate for the same obstacle with the same GAP.
-   pure logical function touches_too(model, contact, node, lead)
+   pure logical function leader_touches(model, contact, node, lead)
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
       integer, intent(in) :: node, lead                 !! node; its leader, 0: none
       integer :: k
-      touches_too = .false.
+      leader_touches = .false.
       if (lead == 0) return
       associate (x => model%mesh%x)
          if (norm2(x(:, node) - x(:, lead)) > 8.0_wp * epsilon(x) * maxval(abs(x))) return
@@ -246,8 +246,8 @@ contains
       do k = 1, size(model%contact)
          associate (other => model%contact(k))
             if (other%obstacle /= contact%obstacle .or. abs(other%gap - contact%gap) > 0.0_wp) cycle
-            touches_too = touches_too .or. any(other%node == lead)
+            leader_touches = leader_touches .or. any(other%node == lead)
          end associate
       end do
-   end function touches_too
+   end function leader_touches
 end module check_contacts

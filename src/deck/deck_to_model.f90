@@ -28,7 +28,7 @@ module deck_to_model
    use read_path_control, only: read_path_cards, check_steps
    use read_branches, only: read_branch_cards
    use check_contacts, only: check_ground_candidates, check_contact_of_tied_nodes, check_carriers, &
-      & touch_by_leaders
+      & keep_leaders
    use read_limit_curves, only: read_limit_curve_cards
    use read_accuracy, only: read_accuracy_cards, check_placed
    implicit none
@@ -57,7 +57,7 @@ contains
       if (deck%diagnostics%n == 0) call check_contact_of_tied_nodes(deck, model)
       if (deck%diagnostics%n == 0) call check_carriers(deck, model)
       if (deck%diagnostics%n == 0) call choose_contact_points(deck, model)
-      if (deck%diagnostics%n == 0) call touch_by_leaders(model)
+      if (deck%diagnostics%n == 0) call keep_leaders(model)
       if (deck%diagnostics%n == 0) call check_ground_candidates(deck, model)
       if (deck%diagnostics%n == 0) call check_placed(deck, model)
       ! From here on the contacts are no longer in the order of the cards.

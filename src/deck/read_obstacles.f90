@@ -6,7 +6,7 @@ module read_obstacles
    use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, obstacle_spline, &
       & ground_independent, ground_half_space, ground_pasternak
    use obstacle_curve, only: crosses_itself
-   use obstacle_shapes, only: arc_curve, ellipse_points, polyline_curve, round_and_round, misfit, spline_curve, &
+   use obstacle_shapes, only: arc_curve, ellipse_points, polyline_curve, with_neighbours_added, misfit, spline_curve, &
       corner_turn, widest_corner_radius, default_corner_radius
    use spline_ends, only: end_spline
    use checked_deck, only: checked_deck_t
@@ -238,7 +238,7 @@ contains
          if (.not. ok) return
          beyond = merge(2, 0, closed)
          before = deck%at%line - size(own)
-         point = round_and_round(obstacle%point, closed)
+         point = with_neighbours_added(obstacle%point, closed)
          do i = 2, size(point, 2) - 1
             if (i <= beyond .or. i > size(point, 2) - beyond) cycle
             if (abs(corner_turn(point, i)) < back * degree) cycle

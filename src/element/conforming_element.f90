@@ -53,12 +53,12 @@ module conforming_element
    end type section_t
 
    !> Force of a foundation along the rod, at one point of its quadrature: f . (o tangent) [force/length].
-   type :: hold_t
+   type :: tangential_force_t
       real(wp) :: force = 0.0_wp
       real(wp) :: by_place = 0.0_wp, by_load = 0.0_wp !! derivatives of the force by sigma at the point and by the load factor
       real(wp) :: by_stage(max_stages) = 0.0_wp, by_force(max_stages) = 0.0_wp !! derivatives of the force by sigma and by P at the
       !! stages
-   end type hold_t
+   end type tangential_force_t
 
    !> Data of an element for the computation of points inside it: the polynomials of sigma and P, and the cross section.
    type :: conforming_output_t
@@ -114,7 +114,7 @@ contains
       logical, intent(out) :: ok !! false: the internal system is singular or 1 + e <= 0; the other results are then undefined
       type(section_t) :: section(max_stages)
       type(track_t) :: near
-      type(hold_t) :: hold(inner%n)
+      type(tangential_force_t) :: hold(inner%n)
       real(wp) :: system(2 * max_stages, 2 * max_stages), rhs(n_by, 2 * max_stages), weight(2 * max_stages) ! columns are equations,
       ! see solve_small
       real(wp) :: dend(n_by), dtail(n_by), dsigma(n_by), dp(n_by), ends(conforming_columns)
@@ -130,7 +130,7 @@ contains
       end do
       ok = all(section(:s)%stretch > 0.0_wp)
       do q = 1, inner%n
-         hold(q) = hold_at(track_at(obstacle, offset, first%sigma + sense * h * dot_product(inner%basis(:s, q), &
+         hold(q) = tangential_force_at(track_at(obstacle, offset, first%sigma + sense * h * dot_product(inner%basis(:s, q), &
             & section(:s)%stretch), near), sense, inner, q)
          associate (part => h * inner%basis(:s, q))
             hold(q)%by_stage(:s) = hold(q)%by_place * part * section(:s)%run_by_sigma
@@ -256,7 +256,7 @@ contains
       logical, intent(in) :: founded           !! true: a foundation acts along the element
       type(inner_forces_t), intent(in), optional :: inner
       type(section_t) :: at
-      type(hold_t) :: hold
+      type(tangential_force_t) :: hold
       real(wp) :: line(2), line_rate(2), rise(1, max_stages), system(max_stages, max_stages)
       logical :: singular
       integer :: i, q, s
@@ -280,7 +280,7 @@ contains
       if (present(inner)) then
          output%miss = dot_product(tab%b(:s), output%pull(:s))
          do q = 1, inner%n
-            hold = hold_at(track_at(obstacle, offset, first%sigma + dot_product(inner%basis(:s, q), output%run(:s)), &
+            hold = tangential_force_at(track_at(obstacle, offset, first%sigma + dot_product(inner%basis(:s, q), output%run(:s)), &
                & output%near), sense, inner, q)
             output%miss = output%miss - h * inner%weight(q) * hold%force
          end do
@@ -360,7 +360,7 @@ contains
    end subroutine conforming_resultants
 
    !> Force of a foundation along the rod at a quadrature point, whose place on the track is `at`.
-   pure type(hold_t) function hold_at(at, sense, inner, q) result(hold)
+   pure type(tangential_force_t) function tangential_force_at(at, sense, inner, q) result(hold)
       type(track_t), intent(in) :: at
       real(wp), intent(in) :: sense
       type(inner_forces_t), intent(in) :: inner
@@ -371,7 +371,7 @@ contains
       hold%by_place = sense * (at%curvature * dot_product(inner%force(:, q), [-at%tangent(2), at%tangent(1)]) - &
          & inner%spring(q) * slope**2 - dot_product(at%tangent, matmul(inner%sway(:, :, q), at%tangent)))
       hold%by_load = sense * (inner%spring(q) * inner%approach(q) * slope + dot_product(inner%rate(:, q), at%tangent))
-   end function hold_at
+   end function tangential_force_at
 
    !> N, M and the right-hand sides of sigma' and P' with their derivatives, at the point `at` of the track for a given P.
    pure type(section_t) function section_at(at, sense, bend, compliance, load, line, line_rate, p) result(section)

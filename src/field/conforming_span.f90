@@ -21,20 +21,20 @@ module conforming_span
    use track_nodes, only: node_track, foot, track_sense, bend_at
    implicit none
    private
-   public :: evaluate_conforming, lying_t, conforming_forces, conforming_displacement, conforming_change, &
+   public :: evaluate_conforming, conforming_state_t, conforming_forces, conforming_displacement, conforming_change, &
       & conforming_resultant, conforming_track, track_below, conforming_guess, density_samples, smooth_parts
 
    integer, parameter :: density_samples = 4 !! number of equal parts of a smooth part of an element (smooth_parts); the density of
    !! the contact force is sampled at their ends
 
    !> Conforming element in one state, evaluated once and stored to compute several points of it.
-   type :: lying_t
+   type :: conforming_state_t
       private
       integer :: element = 0          !! index of the element; 0: undefined
       real(wp) :: sense = 1.0_wp      !! 1: the rod has the direction of the track; -1: the opposite direction (track_sense)
       type(pose_t) :: pose            !! present position of the obstacle
       type(conforming_output_t) :: output
-   end type lying_t
+   end type conforming_state_t
 
 contains
 
@@ -193,8 +193,8 @@ contains
       real(wp), intent(out) :: local(3)             !! N, Q, M
       real(wp), intent(out) :: place(2), angle      !! deformed position (x, y); tangent angle in (-pi, pi]
       real(wp), intent(out), optional :: density    !! force of the obstacle [force/length], > 0 where it presses
-      type(lying_t), intent(inout), optional :: kept !! stored element of the same state, or undefined; computed again only if the
-      !! element changes
+      type(conforming_state_t), intent(inout), optional :: kept !! stored element of the same state, or undefined; computed again
+      !! only if the element changes
       if (present(kept)) then
          if (kept%element /= e) kept = lying(problem, state, e)
          call forces_from_output(problem, state, kept, tau, local, place, angle, density)
@@ -208,7 +208,7 @@ contains
    pure subroutine forces_from_output(problem, state, here, tau, local, place, angle, density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(lying_t), intent(in) :: here
+      type(conforming_state_t), intent(in) :: here
       real(wp), intent(in) :: tau
       real(wp), intent(out) :: local(3), place(2), angle
       real(wp), intent(out), optional :: density
@@ -236,7 +236,7 @@ contains
    end subroutine forces_from_output
 
    !> Evaluates a conforming element for the computation of points inside it.
-   pure type(lying_t) function lying(problem, state, e, inner, at_start)
+   pure type(conforming_state_t) function lying(problem, state, e, inner, at_start)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
@@ -268,7 +268,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau                   !! place in the element, 0 to 1 of its stress-free length
-      type(lying_t), intent(inout) :: kept          !! stored element of the same state, or undefined
+      type(conforming_state_t), intent(inout) :: kept          !! stored element of the same state, or undefined
       real(wp), intent(out) :: u(3)                 !! displacements in x and y, rotation; global axes
       type(track_t) :: track
       real(wp) :: force, x(2), home, near
@@ -288,7 +288,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau !! place in the element, 0 to 1 of its stress-free length
-      type(lying_t), intent(inout) :: kept
+      type(conforming_state_t), intent(inout) :: kept
       real(wp), intent(in) :: du(6), dz(:)          !! changes of the nodes' displacements; changes of the stored unknowns
       real(wp), intent(in) :: y                     !! change of the load factor
       real(wp), intent(out) :: change(2)            !! change of the displacement in x and y
@@ -314,7 +314,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
-      type(lying_t), intent(inout) :: kept
+      type(conforming_state_t), intent(inout) :: kept
       real(wp), intent(out) :: resultant(3)
       type(inner_forces_t), intent(in), optional :: inner !! forces of foundations; if present, the result at the second end is that
       !! of the element's equations, not of a polynomial
@@ -332,7 +332,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
-      type(lying_t), intent(inout) :: kept
+      type(conforming_state_t), intent(inout) :: kept
       type(track_t), intent(out) :: track
       real(wp), intent(out) :: force
       if (kept%element /= e) kept = lying(problem, state, e)

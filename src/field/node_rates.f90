@@ -7,7 +7,7 @@ module node_rates
    use reference_curve, only: curve_point, curve_bend
    use rod_load, only: ge_load_t, line_at
    use ge_in_state, only: ge_end
-   use conforming_span, only: lying_t, conforming_resultant
+   use conforming_span, only: conforming_state_t, conforming_resultant
    use ground_density, only: foundation_density
    use gauss_tableau, only: max_stages
    implicit none
@@ -35,7 +35,7 @@ contains
       real(wp), intent(out) :: way(2)        !! derivative of the displacement
       real(wp) :: t(2), angle, x(2), speed, bend, force(3)
       type(ge_load_t) :: load
-      type(lying_t) :: kept
+      type(conforming_state_t) :: kept
       load = element_load(problem, state, e)
       force = state%z(1:3, e)
       if (problem%conforms(e) > 0) call conforming_resultant(problem, state, e, 0.0_wp, kept, force)

@@ -11,7 +11,7 @@
 module rod_profile
    use kinds, only: wp, pi
    use small_dense, only: solve_small
-   use conforming_span, only: lying_t, conforming_displacement
+   use conforming_span, only: conforming_state_t, conforming_displacement
    use node_rates, only: rod_derivatives, rotation_rates
    use problem, only: problem_t
    use element_families, only: collocates, follows_curves
@@ -27,7 +27,7 @@ module rod_profile
    implicit none
    private
    public :: profile_t, new_profile, keep_profile, mend_ends, mend_rotation, mended_by, profile_place, profile_displacement, &
-      & profile_look, mended_displacement, profile_angle, home_angle, profile_rate, profile_error, profile_error_bound, &
+      & profile_point, mended_displacement, profile_angle, home_angle, profile_rate, profile_error, profile_error_bound, &
       & mended_error, element_place
 
    !> Profile of one element in one state. Coefficients of polynomials belong to the powers tau^0, tau^1, ...
@@ -83,7 +83,7 @@ contains
       type(profile_t) :: profile
       real(wp) :: home(2, max_stages), powers(max_stages + 1, max_stages + 1), value(3, max_stages + 1), tau, u(3), d(2), axis(2)
       type(ge_load_t) :: load
-      type(lying_t) :: kept
+      type(conforming_state_t) :: kept
       integer :: s, j, k
       logical :: singular
       s = problem%model%mesh%stages(e)
@@ -342,7 +342,7 @@ contains
    end function profile_displacement
 
    !> Displacements and rotation of a material point, and its stress-free position.
-   pure subroutine profile_look(problem, profile, tau, home, u)
+   pure subroutine profile_point(problem, profile, tau, home, u)
       type(problem_t), intent(in) :: problem
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
@@ -352,7 +352,7 @@ contains
       if (profile%curved) d = deviation(problem, profile, tau)
       home = polynomial(profile%axis, profile%degree, tau) + d
       u = displacement_beside(profile, tau, d)
-   end subroutine profile_look
+   end subroutine profile_point
 
    !> Displacements and rotation of a point at which the stress-free axis differs from its polynomial by the vector d.
    pure function displacement_beside(profile, tau, d) result(u)

@@ -13,8 +13,8 @@ module state_transfer
       & profile_displacement, profile_angle, element_place
    use reference_curve, only: curve_point
    use cross_section, only: varies
-   use conforming_span, only: lying_t, conforming_forces, conforming_displacement, conforming_resultant, conforming_track, &
-      & track_below, conforming_guess
+   use conforming_span, only: conforming_state_t, conforming_forces, conforming_displacement, conforming_resultant, &
+      & conforming_track, track_below, conforming_guess
    use obstacle_track, only: track_t
    use gauss_tableau, only: max_stages
    use node_rates, only: resultants_on_ground
@@ -26,12 +26,12 @@ module state_transfer
    implicit none
    private
    public :: find_point, kept_t, point_displacement, carried, carried_field, carry_to, carry_stored, move_nodes, displacements_at, &
-      & field_at, see_from
+      & field_at, transfer_fields
 
    !> Data of the element used last, stored for the case that the next point of the same state is in the same element.
    type :: kept_t
       type(profile_t) :: profile                !! rod profile of an element
-      type(lying_t) :: lying                    !! evaluated conforming element
+      type(conforming_state_t) :: lying                    !! evaluated conforming element
       integer :: directed = 0                   !! element to which `ge` and `rho` belong; 0: none
       type(ge_data_t) :: ge                     !! GE element with its loads, displacements and stored unknowns
       real(wp) :: rho(2, max_stages) = 0.0_wp   !! directions of the cross sections at the stages of this element
@@ -418,7 +418,7 @@ contains
       type(geometry_t), intent(in) :: geometry
       real(wp) :: u(3, problem%model%mesh%n_nodes)
       type(kept_t) :: kept(1)
-      call see_from(problem, state, geometry, kept, u=u)
+      call transfer_fields(problem, state, geometry, kept, u=u)
    end function displacements_at
 
    !> Field of displacement rates, given at the nodes of a state, evaluated at the material points of another geometry's nodes.
@@ -429,7 +429,7 @@ contains
       type(geometry_t), intent(in) :: geometry
       real(wp) :: moved(3, problem%model%mesh%n_nodes)
       type(kept_t) :: kept(1)
-      call see_from(problem, state, geometry, kept, field=field, moved=moved)
+      call transfer_fields(problem, state, geometry, kept, field=field, moved=moved)
    end function field_at
 
    !> Evaluates the displacements of a state, a rate field, or both, at the material points of another geometry's nodes.
@@ -437,7 +437,7 @@ contains
    !> The state must be in equilibrium: near nodes of contact spans the displacements follow from curvature and rate of curvature.
    !> The polynomial of the element has the error O(h^s); if nodes move along the rod, on a coarse mesh this error would appear as a
    !> motion of the rod.
-   pure subroutine see_from(problem, state, geometry, kept, u, field, moved)
+   pure subroutine transfer_fields(problem, state, geometry, kept, u, field, moved)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(geometry_t), intent(in) :: geometry
@@ -481,7 +481,7 @@ contains
          is_smooth = problem%has_spans() .and. problem%conforms(e) == 0 .and. collocates(problem%model%mesh%family(e)) .and. &
             & .not. varies(problem%model%section(problem%model%mesh%section(e)))
       end function is_smooth
-   end subroutine see_from
+   end subroutine transfer_fields
 
    !> True if a node is at the same material point in two geometries.
    pure logical function stays(problem, one, other, node)

@@ -9,7 +9,7 @@ module element_foundation
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t, closing_rate, unknown_push, rounding_steps
-   use element_gap, only: element_gap_t, ground_gap, gap_look, gap_parts, gap_crossings, most_crossings, most_parts
+   use element_gap, only: element_gap_t, ground_gap, gap_and_gradient, gap_parts, gap_crossings, most_crossings, most_parts
    use force_law, only: foundation_reaction, carries, segment_open, segment_unknown
    use gauss_tableau, only: stage_basis
    use ground_segments, only: follows
@@ -115,7 +115,7 @@ contains
          real(wp), intent(in) :: tau, weight
          real(wp) :: value, normal(2), bend, push, spring, t(2), x(2)
          integer :: q
-         call gap_look(problem, gap, tau, x, value, normal, bend)
+         call gap_and_gradient(problem, gap, tau, x, value, normal, bend)
          call foundation_reaction(problem%model, problem%model%obstacle(obstacle), -value, push, spring, state%segment(c))
          if (carries(state%segment(c)) .and. state%push(number, c) < unknown_push) &
             & push = min(max(state%push(number, c), push - spring * rounding), push + spring * rounding)

@@ -9,15 +9,15 @@ module element_gap
    use element_families, only: collocates
    use candidates, only: candidates_t
    use rod_state, only: state_t, pose_of, candidate_offset, element_displacement
-   use rod_profile, only: profile_t, new_profile, mended_by, profile_look
+   use rod_profile, only: profile_t, new_profile, mended_by, profile_point
    use obstacle_geometry, only: moved_gap
    use obstacle_pose, only: pose_t
    use gauss_tableau, only: max_stages
    use force_law, only: segment_open, segment_unknown
    implicit none
    private
-   public :: element_gap_t, gap_root_t, new_element_gap, ground_gap, gap_look, gap_value, gap_parts, gap_crossings, gap_extreme, &
-      & root_factor, is_at, most_samples, most_crossings, most_parts
+   public :: element_gap_t, gap_root_t, new_element_gap, ground_gap, gap_and_gradient, gap_value, gap_parts, gap_crossings, &
+      & gap_extreme, root_factor, is_at, most_samples, most_crossings, most_parts
 
    integer, parameter :: most_samples = 2 * max_stages + 2
    integer, parameter :: most_crossings = 2 * most_samples !! largest number of positions at which the gap has a given value: none,
@@ -86,13 +86,13 @@ contains
    end function ground_gap
 
    !> At a position in the element: position of the rod, gap, gradient of the gap, and curvature of the gap along the obstacle.
-   pure subroutine gap_look(problem, gap, tau, x, value, normal, bend)
+   pure subroutine gap_and_gradient(problem, gap, tau, x, value, normal, bend)
       type(problem_t), intent(in) :: problem
       type(element_gap_t), intent(in) :: gap
       real(wp), intent(in) :: tau               !! position in the element, 0 to 1
       real(wp), intent(out) :: x(2), value, normal(2), bend !! position of the rod, gap, gradient, curvature
       real(wp) :: at_home, home(2), displacement(3)
-      call profile_look(problem, gap%profile, tau, home, displacement)
+      call profile_point(problem, gap%profile, tau, home, displacement)
       if (gap%profile%mended) displacement(1:2) = displacement(1:2) + mended_by(gap%profile, tau)
       x = home + displacement(1:2)
       call moved_gap(problem%model%obstacle(gap%obstacle), home, gap%pose%own_motion(home, displacement(1:2)), at_home, value, &
@@ -103,7 +103,7 @@ contains
       ! start.
       if (gap%bilateral .or. abs(at_home) <= rounding_gap(problem)) at_home = 0.0_wp
       value = value + at_home + gap%offset
-   end subroutine gap_look
+   end subroutine gap_and_gradient
 
    !> Gap at a position in the element.
    pure real(wp) function gap_value(problem, gap, tau) result(value)
@@ -111,7 +111,7 @@ contains
       type(element_gap_t), intent(in) :: gap
       real(wp), intent(in) :: tau !! position in the element, 0 to 1
       real(wp) :: x(2), normal(2), bend
-      call gap_look(problem, gap, tau, x, value, normal, bend)
+      call gap_and_gradient(problem, gap, tau, x, value, normal, bend)
    end function gap_value
 
    !> Finds the parts of the element in contact, in ascending order; under a bilateral obstacle the whole element.

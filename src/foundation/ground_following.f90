@@ -16,7 +16,7 @@ module ground_following
    use state_transfer, only: carry_stored, move_nodes
    implicit none
    private
-   public :: keep_to_ground, keep_layers
+   public :: follow_surface, move_layers
 
    real(wp), parameter :: short = 1.0e-3_wp !! distance over which the boundary layer counts as straight, over the length of an
    !! element
@@ -24,7 +24,7 @@ module ground_following
 contains
 
    !> Removes from a Newton step the nonlinear part of the changes of gap and angle at contact nodes.
-   subroutine keep_to_ground(problem, before, state)
+   subroutine follow_surface(problem, before, state)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before        !! state before the step, with the same nodes
       type(state_t), intent(inout) :: state      !! state after the step; corrected
@@ -46,11 +46,11 @@ contains
             state%u(3, node) = state%u(3, node) + turn(normal) - linear
          end associate
       end do
-   end subroutine keep_to_ground
+   end subroutine follow_surface
 
    !> Moves boundary layers with interface points: gaps, angles and section forces in the contact change linearly with the motion of
    !> the nodes along the rod; the rates are those on the contact side.
-   subroutine keep_layers(problem, before, shift, state)
+   subroutine move_layers(problem, before, shift, state)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before        !! state before the nodes move
       real(wp), intent(in) :: shift(:)           !! (nodes) motion along the rod, in the nominal coordinate
@@ -108,7 +108,7 @@ contains
          ! Central differences are used, because the errors of polynomials have opposite signs at the two ends of an element.
          state%z(:, e) = before%z(:, e) + (moved(1)%z(:, e) - moved(2)%z(:, e)) / (2.0_wp * part)
       end do
-   end subroutine keep_layers
+   end subroutine move_layers
 
    !> True if the state prescribes contact for the element after a candidate of the foundations' chain.
    pure logical function pressed(state, candidate)

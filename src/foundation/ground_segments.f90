@@ -12,16 +12,16 @@ module ground_segments
    use problem, only: problem_t
    use rod_state, only: state_t
    use force_law, only: law_segment, segment_slope, carries, segment_open, segment_unknown
-   use element_gap, only: element_gap_t, ground_gap, gap_look, gap_value, gap_extreme, gap_crossings, most_crossings
+   use element_gap, only: element_gap_t, ground_gap, gap_and_gradient, gap_value, gap_extreme, gap_crossings, most_crossings
    use rod_profile, only: mend_ends, profile_error, profile_angle
    use element_families, only: collocates
    use state_transfer, only: find_point
    use gauss_tableau, only: max_stages
    implicit none
    private
-   public :: has_kinks, follows, tell_segments, settle_found, segments_hold, element_cuts, crosses_at, segment_at
+   public :: has_kinks, follows, assign_segments, assign_found_segments, segments_hold, element_cuts, crosses_at, segment_at
    public :: segment_stiffness, is_cut, gap_uncertainty, followed_part, stiffest, decay_length, gap_in_state
-   public :: settled_gap, gap_rounding
+   public :: mean_gap_and_waves, gap_rounding
 
    real(wp), parameter :: noise = 1.0e3_wp * epsilon(1.0_wp) !! rounding error of gaps plus residual of Newton's method, over the
    !! size of the displacements
@@ -115,7 +115,7 @@ contains
    !> For an element too long for its foundation: the mean gap, and the amplitudes of the waves that decay into the element from its
    !> nodes, (A cos b s + B sin b s) / exp(b s) at the distance s from a node, with 4 b^4 = k/EI, the foundation's stiffness k, and
    !> A and B from gap and slope at the node. Amplitudes are computed only at nodes whose other element is short enough.
-   subroutine settled_gap(problem, state, candidate, mean, waves)
+   subroutine mean_gap_and_waves(problem, state, candidate, mean, waves)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
@@ -137,17 +137,17 @@ contains
             end if
             if (beside == 0) cycle
             if (.not. follows(problem, state, beside)) cycle
-            call gap_look(problem, gap, real(i - 1, wp), x, value, normal, bend)
+            call gap_and_gradient(problem, gap, real(i - 1, wp), x, value, normal, bend)
             theta = profile_angle(problem, state, gap%profile, real(i - 1, wp))
             slope = dot_product(normal, [cos(theta), sin(theta)]) * merge(1.0_wp, -1.0_wp, i == 1)
             waves(i) = norm2([value - mean, value - mean + slope / rate])
          end do
       end associate
-   end subroutine settled_gap
+   end subroutine mean_gap_and_waves
 
    !> First and last position, in an element too long for its foundation, at which its gap has a meaning: the nodes if the
    !> foundation acts along the rod; else the first and the last stage, because the deflection at a node may be that of a wave.
-   pure function told_within(problem, candidate) result(ends)
+   pure function meaningful_ends(problem, candidate) result(ends)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
       real(wp) :: ends(2)
@@ -156,7 +156,7 @@ contains
       associate (tableau => problem%tableau(problem%model%mesh%stages(problem%ground%chain%element(2, candidate))))
          ends = tableau%c([1, tableau%stages])
       end associate
-   end function told_within
+   end function meaningful_ends
 
    !> Mean gap of an element too long for its foundation: only the integral of its force has a meaning.
    pure real(wp) function mean_gap(problem, candidate, gap)
@@ -290,7 +290,7 @@ contains
          ! contact.
          if (maxval(abs([(gap_value(problem, gap, 0.125_wp * j) - levels(k), j=0, 8)])) <= rounding) cycle
          if (.not. follows(problem, state, candidate)) then
-            ends = told_within(problem, candidate)
+            ends = meaningful_ends(problem, candidate)
             if ((gap_value(problem, gap, ends(1)) - levels(k)) * (gap_value(problem, gap, ends(2)) - levels(k)) > 0.0_wp) cycle
          end if
          mine = .false.
@@ -349,7 +349,7 @@ contains
    !> Assigns segments of the laws to the elements of a state: each span gets the segment that follows from the interface points at
    !> its ends. If the gaps do not agree with it, the segment becomes unknown. On meshes without interface points all segments are
    !> unknown.
-   subroutine tell_segments(problem, state, carried)
+   subroutine assign_segments(problem, state, carried)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(inout) :: state
       logical, intent(in) :: carried !! true: the state comes from another mesh, on which the present nodes were inside elements
@@ -386,18 +386,18 @@ contains
          end do
          goes_on = .true.
       end function goes_on
-   end subroutine tell_segments
+   end subroutine assign_segments
 
    !> Assigns segments to elements that have determined their contact from the gap. These are elements beside an interface point
    !> with a single crossing, to which Newton's method will move the point, and elements without a crossing. The segments of other
    !> elements remain unknown.
-   subroutine settle_found(problem, state)
+   subroutine assign_found_segments(problem, state)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(inout) :: state         !! in: converged; out: with assigned segments
       logical :: found(size(state%segment))
       integer :: c, m
       found = state%segment == segment_unknown
-      call tell_segments(problem, state, carried=.false.)
+      call assign_segments(problem, state, carried=.false.)
       do c = 1, size(state%segment)
          if (.not. found(c) .or. state%segment(c) == segment_unknown) cycle
          if (kinks_in(c) > 0) state%segment(c) = segment_unknown
@@ -428,7 +428,7 @@ contains
             kinks = kinks + n
          end do
       end function kinks_in
-   end subroutine settle_found
+   end subroutine assign_found_segments
 
    !> Tests whether the gaps of a converged state agree with the assigned segments. Where they do not, the segment of the element
    !> becomes unknown.

@@ -106,7 +106,7 @@ contains
       spectrum%vector = combined(w(:, :k), ritz(:, :found))
       spectrum%residual = size_of
       do i = 1, found
-         if (operator%symmetric) call take_out_larger(i)
+         if (operator%symmetric) call remove_larger(i)
          if (norm(operator, spectrum%vector(:, i)) > 0.0_wp) &
             & spectrum%vector(:, i) = spectrum%vector(:, i) / norm(operator, spectrum%vector(:, i))
       end do
@@ -120,7 +120,7 @@ contains
 
       !> Orthogonalises an eigenvector against those of larger eigenvalues. Rounding leaves components along these; they are
       !> multiplied by the ratio of the eigenvalues and may become as large as the eigenvector itself.
-      subroutine take_out_larger(i)
+      subroutine remove_larger(i)
          integer, intent(in) :: i
          integer :: j, pass
          associate (x => spectrum%vector)
@@ -130,7 +130,7 @@ contains
                end do
             end do
          end associate
-      end subroutine take_out_larger
+      end subroutine remove_larger
 
       !> Computes the Ritz values of the present basis and their residuals.
       subroutine take_ritz_values()

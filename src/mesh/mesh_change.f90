@@ -3,7 +3,7 @@ module mesh_change
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t
-   use ground_segments, only: tell_segments
+   use ground_segments, only: assign_segments
    use state_transfer, only: carried, carried_field
    use touchdown_points, only: carry_forces
    implicit none
@@ -20,7 +20,7 @@ contains
       real(wp), allocatable, intent(inout) :: direction(:, :) !! (3, nodes) displacement direction; out: at the nodes of `next`
       type(state_t) :: there
       there = carried(problem, state, next)
-      call tell_segments(next, there, carried=.true.)
+      call assign_segments(next, there, carried=.true.)
       call carry_forces(problem, state, next, there)
       direction = carried_field(problem, state, direction, next, there)
       state = there

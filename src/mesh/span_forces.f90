@@ -8,7 +8,7 @@ module span_forces
    use rod_load, only: ge_load_t, sum_line, line_at
    use section_forces, only: end_forces
    use track_nodes, only: rolled_t, rolled, track_joints
-   use conforming_span, only: lying_t, conforming_forces
+   use conforming_span, only: conforming_state_t, conforming_forces
    use touchdown_points, only: point_force
    use breakpoint_forces, only: breakpoint_force
    use state_transfer, only: find_point
@@ -16,7 +16,7 @@ module span_forces
    use inner_forces, only: inner_forces_t
    implicit none
    private
-   public :: span_totals, line_force, end_force, cut_force, node_shares
+   public :: span_totals, line_force, end_force, end_balance_force, node_shares
 
 contains
 
@@ -42,7 +42,7 @@ contains
          associate (sums => total(:, problem%candidates%contact(c), problem%candidates%obstacle(c)))
             if (abs(roll%way) > 0.0_wp) normal = roll%normal
             force = push * [normal, 1.0_wp]
-            if (problem%candidates%moves(c)) force(1:2) = cut_force(problem, state, c)
+            if (problem%candidates%moves(c)) force(1:2) = end_balance_force(problem, state, c)
             sums = sums + force
             moment(problem%candidates%obstacle(c)) = moment(problem%candidates%obstacle(c)) + (x(1) * force(2) - x(2) * force(1))
             e = problem%candidates%element(2, c)
@@ -68,7 +68,7 @@ contains
       real(wp), intent(out) :: share(:), density(:) !! (deck's nodes of the contact) forces; forces by stress-free length
       real(wp) :: sums(problem%deck%mesh%n_nodes), densities(problem%deck%mesh%n_nodes), local(3), x(2), angle, push, at, tau, &
          & start, length, from, to
-      type(lying_t) :: kept
+      type(conforming_state_t) :: kept
       integer :: c, e, i, j
       sums = 0.0_wp
       densities = 0.0_wp
@@ -174,7 +174,7 @@ contains
    !> Force (x, y) that balances the section forces on both sides of a touchdown point. In equilibrium it is normal to the obstacle.
    !> For a point that moves along a rod with fixed nodes, it includes the forces between the old and the new position, so that sums
    !> of forces have the right derivatives.
-   function cut_force(problem, state, candidate) result(force)
+   function end_balance_force(problem, state, candidate) result(force)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
@@ -187,7 +187,7 @@ contains
          call end_forces(problem, state, e, ends(:, 1), ends(:, 2))
          force = force + merge(1.0_wp, -1.0_wp, side == 1) * ends(1:2, 3 - side)
       end do
-   end function cut_force
+   end function end_balance_force
 
    !> Force of the obstacle on a conforming element (x, y), integral of its density, and its moment about a given point. They are
    !> computed from end forces and loads, because the density is a derivative of the solution and less accurate.
@@ -201,7 +201,7 @@ contains
       real(wp), allocatable :: part(:)
       real(wp) :: weight
       type(ge_load_t) :: load
-      type(lying_t) :: kept
+      type(conforming_state_t) :: kept
       type(inner_forces_t) :: inner
       integer :: i, k
       load = element_load(problem, state, e)

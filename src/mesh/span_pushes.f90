@@ -5,10 +5,10 @@ module span_pushes
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t, candidate_gap, node_position
-   use span_forces, only: end_force, cut_force
+   use span_forces, only: end_force, end_balance_force
    use span_regions, only: chain_coordinate, lengths_before
    use track_nodes, only: rolled_t, rolled, track_joints, node_track, track_sense
-   use conforming_span, only: lying_t, conforming_forces, density_samples, smooth_parts
+   use conforming_span, only: conforming_state_t, conforming_forces, density_samples, smooth_parts
    implicit none
    private
    public :: point_pushes, line_pushes
@@ -37,7 +37,7 @@ contains
          if (abs(size) <= 0.0_wp) cycle
          roll = rolled(problem, state, c)
          if (problem%candidates%moves(c)) then
-            force = cut_force(problem, state, c)
+            force = end_balance_force(problem, state, c)
          else
             call candidate_gap(problem, state, c, gap, normal, bend)
             if (abs(roll%way) > 0.0_wp) normal = roll%normal
@@ -57,7 +57,7 @@ contains
       real(wp), allocatable :: list(:, :)   !! (6, samples) entries as in the header of this module
       real(wp), allocatable :: part(:), before(:)
       real(wp) :: local(3), place(2), angle, density, sense, tau, at
-      type(lying_t) :: kept
+      type(conforming_state_t) :: kept
       integer :: c, e, k, j, i, n, parts
       allocate (list(6, 8))
       n = 0

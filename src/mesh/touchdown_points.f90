@@ -17,7 +17,7 @@ module touchdown_points
    use span_candidates, only: touch_place
    use ground_marks, only: mark_step, is_live
    use force_law, only: segment_unknown
-   use ground_following, only: keep_to_ground, keep_layers
+   use ground_following, only: follow_surface, move_layers
    implicit none
    private
    public :: touchdown_t, touchdown_at, misfit, with_held, touchdown_errors, move_touchdown_points, touchdown_travel, &
@@ -246,12 +246,12 @@ contains
       real(wp) :: distance(problem%candidates%n), mark(size(problem%mark))
       integer :: m
       mark = [(mark_step(problem, before, state, m), m=1, size(mark))]
-      if (size(mark) > 0) call keep_to_ground(problem, before, state)
+      if (size(mark) > 0) call follow_surface(problem, before, state)
       distance = touchdown_steps(problem, before, state, at)
       do m = 1, size(mark)
          if (.not. is_live(problem, state, m)) cycle
          ! After this move any element may contain the interface point. At convergence the elements that do not contain it get their
-         ! segments of the law back (settle_found).
+         ! segments of the law back (assign_found_segments).
          if (passes_touchdown(problem, state, m, distance, mark(m))) state%segment = segment_unknown
       end do
       call shift_touchdown_points(problem, state, distance, travelled, mark)
@@ -342,7 +342,7 @@ contains
       state%couple = before%couple
       state%grounded = before%grounded
       state%segment = before%segment
-      if (size(problem%mark) > 0) call keep_layers(problem, before, shift, state)
+      if (size(problem%mark) > 0) call move_layers(problem, before, shift, state)
    end subroutine shift_touchdown_points
 
    !> Movements of all nodes along the rods for given movements of touchdown points and interface points: they are interpolated

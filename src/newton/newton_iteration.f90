@@ -8,14 +8,14 @@ module newton_iteration
    use rod_state, only: state_t, unknown_push
    use linear_system, only: system_t, assemble
    use bordered_system, only: factor_system, apply_increment
-   use path_control, only: control_t, control_row, control_error, held_within, is_arc_length, metric, follow_nodes
+   use path_control, only: control_t, control_row, control_error, constraint_tolerance, is_arc_length, metric, follow_nodes
    use state_transfer, only: kept_t
    use contact_set, only: contact_step_t, solve_contact_step
    use foundation_limits, only: why_too_stiff
    use step_search, only: shorten_step, step_work
    use touchdown_points, only: touchdown_t, move_touchdown_points
    use force_law, only: segment_unknown
-   use ground_segments, only: segments_hold, settle_found
+   use ground_segments, only: segments_hold, assign_found_segments
    use ground_pressures, only: advance_pressures
    use increment_report, only: increment_t, effort_of
    use converged_state, only: constraint_residual, contact_holds, keep_resultants
@@ -61,7 +61,7 @@ module newton_iteration
       real(wp) :: second_order = huge(1.0_wp)  !! forces due to the strains rotation^2/2 of the first step, over the force scale
       ! Contact that changes during the iteration:
       logical :: searching = .false.           !! true: foundation elements determine their contact themselves
-      logical :: told_again = .false.          !! true: the law's segments of such elements were determined again at convergence
+      logical :: reassigned = .false.          !! true: the law's segments of such elements were determined again at convergence
       logical :: seeking = .false.             !! true: touchdown points may be far from their final positions
       logical :: blamed = .false.              !! true: the message about the failure names foundations that are too stiff
    end type newton_t
@@ -140,7 +140,7 @@ contains
             newton%sharper = step%sharper
             if (.not. step%tolerance_given) newton%large = max(newton%large, of_root * sqrt(min(step%asked, step%asked_of_path)))
             newton%most = step%max_iterations
-            newton%at_length = held_within(step)
+            newton%at_length = constraint_tolerance(step)
          end associate
          ! While nodes move along the rod, the arc length is uncertain. Its exact value has no importance, nor has that of the
          ! relative curvature.
@@ -150,7 +150,7 @@ contains
          newton%control = given
          allocate (newton%kept(merge(problem%model%mesh%n_elements, 1, problem%moves_nodes())))
          newton%searching = any(searches(problem, state))
-         newton%told_again = size(problem%mark) == 0
+         newton%reassigned = size(problem%mark) == 0
          allocate (newton%corrections(0))
       end subroutine begin
    end subroutine iterate
@@ -278,13 +278,13 @@ contains
       logical, allocatable :: given_up(:)
       logical :: settled
       call segments_hold(problem, state, settled, carried=.false.)
-      if (settled .and. .not. newton%told_again .and. any(searches(problem, state))) then
+      if (settled .and. .not. newton%reassigned .and. any(searches(problem, state))) then
          ! At the converged state an element that determined its contact itself may lie in a single segment of the law.
          given_up = searches(problem, state)
-         call settle_found(problem, state)
+         call assign_found_segments(problem, state)
          if (allocated(newton%touchdown)) deallocate (newton%touchdown)
          settled = all(searches(problem, state) .eqv. given_up)
-         newton%told_again = .true.
+         newton%reassigned = .true.
       end if
       newton%refactor = .true.
       if (.not. settled) then

@@ -14,7 +14,7 @@ module foundation_force_functional
    use element_foundation, only: foundation_forces
    use inner_forces, only: inner_forces_t
    use ground_regions, only: foundation_totals
-   use conforming_span, only: lying_t, conforming_change
+   use conforming_span, only: conforming_state_t, conforming_change
    use state_functional, only: functional_t
    implicit none
    private
@@ -87,7 +87,7 @@ contains
          real(wp), intent(in) :: y               !! change of the load factor
          real(wp), intent(out) :: change
          real(wp) :: rho(2, max_stages), force(2)
-         type(lying_t) :: kept
+         type(conforming_state_t) :: kept
          integer :: q, s
          s = problem%model%mesh%stages(e)
          change = 0.0_wp

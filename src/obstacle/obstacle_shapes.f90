@@ -6,7 +6,7 @@ module obstacle_shapes
    use obstacle_curve, only: obstacle_curve_t, piece_t, straight_piece, arc_piece, quintic_pieces, join_pieces
    implicit none
    private
-   public :: arc_curve, ellipse_points, polyline_curve, round_and_round, misfit, spline_curve, mirrored, corner_turn, &
+   public :: arc_curve, ellipse_points, polyline_curve, with_neighbours_added, misfit, spline_curve, mirrored, corner_turn, &
       & widest_corner_radius, default_corner_radius
 
    real(wp), parameter :: straight_on = 1.0e-9_wp   !! corners with a smaller turn are ignored [rad]
@@ -46,7 +46,7 @@ contains
 
    !> Points of a polyline. If it is closed, two points are added at each end, so that each of its own points has neighbours on both
    !> sides.
-   pure function round_and_round(point, closed) result(all_points)
+   pure function with_neighbours_added(point, closed) result(all_points)
       real(wp), intent(in) :: point(:, :)     !! (2, points) positions
       logical, intent(in) :: closed           !! true: the last point equals the first
       real(wp), allocatable :: all_points(:, :)
@@ -54,11 +54,11 @@ contains
       n = size(point, 2)
       all_points = point
       if (closed) all_points = reshape([point(:, n - 1:n), point, point(:, 1:2)], [2, n + 4])
-   end function round_and_round
+   end function with_neighbours_added
 
    !> Straight segments through distinct points; the corners are rounded by arcs.
    function polyline_curve(point, radius, closed) result(curve)
-      real(wp), intent(in) :: point(:, :)     !! (2, 2 or more) points from round_and_round
+      real(wp), intent(in) :: point(:, :)     !! (2, 2 or more) points from with_neighbours_added
       real(wp), intent(in) :: radius(:)       !! radius of the corner at each point; all corners must fit, see misfit
       logical, intent(in) :: closed
       type(obstacle_curve_t) :: curve
@@ -186,7 +186,7 @@ contains
 
    !> Number of the first point whose corner does not fit on its segment together with the previous corner; 0: all corners fit.
    pure integer function misfit(point, radius)
-      real(wp), intent(in) :: point(:, :)     !! (2, points) points from round_and_round
+      real(wp), intent(in) :: point(:, :)     !! (2, points) points from with_neighbours_added
       real(wp), intent(in) :: radius(:)       !! radius of the corner at each point
       do misfit = 2, size(point, 2)
          if (radius(misfit - 1) * cut(point, misfit - 1) + radius(misfit) * cut(point, misfit) > &

@@ -35,7 +35,7 @@ contains
       text = ''
       if (allocated(accuracy%mesh_words)) call add(accuracy%mesh_words)
       if (allocated(accuracy%rounding_words)) call add(accuracy%rounding_words)
-      if (allocated(accuracy%hanging_words)) call add(accuracy%hanging_words)
+      if (allocated(accuracy%undetermined_words)) call add(accuracy%undetermined_words)
 
    contains
 

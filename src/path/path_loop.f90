@@ -11,12 +11,12 @@ module path_loop
    use rod_state, only: state_t, new_state
    use linear_system, only: new_system
    use bordered_system, only: linearise
-   use start_support, only: why_unheld, unheld
+   use start_support, only: why_unstable, unheld
    use corrector, only: increment_t
    use trial_request, only: request_t
    use path_state, only: path_state_t
    use critical_points, only: critical_points_t
-   use first_contact, only: presume_contact
+   use first_contact, only: set_contact_of_start
    use span_mesh, only: prepare_mesh, ask_for_twice, refine_mesh
    use step_control, only: start_control
    use path_point, only: path_point_t, evaluate_tests
@@ -33,7 +33,7 @@ module path_loop
    use archive, only: archive_t
    use run_archive, only: exchange_problem_t, exchange_path_state_t
    use attempt, only: attempt_t
-   use checkpoint, only: saved_run_t, on_step, on_branch, on_curve, exchange_step, restore_run, go_on_from_point, &
+   use checkpoint, only: saved_run_t, on_step, on_branch, on_curve, exchange_step, restore_run, continue_from_point, &
       & change_steps, take_steps, not_again
    use limit_curves, only: follow_limit_curves
    use path_record, only: recorder_t, buckling_t
@@ -64,7 +64,7 @@ contains
       perfect = problem%deck
       first = 1
       if (saved%kind > 0) then
-         call step_again()
+         call restore_run_of_step()
       else
          call prepare_mesh(problem)
          run%last%state = new_state(problem)
@@ -105,7 +105,7 @@ contains
          attempt = attempt_t()
          call follow_points(problem, step, run, recorder, outcome, attempt, saved%pause(0))
          if (saved%pause(0) > 0 .and. run%points >= saved%from) then
-            call go_on_from_point(saved, problem, run, attempt, outcome)
+            call continue_from_point(saved, problem, run, attempt, outcome)
             call renew_steps()
             call set_frame()
             if (.not. (allocated(outcome%why) .or. outcome%ended)) &
@@ -132,12 +132,12 @@ contains
          if (saved%kind /= on_curve) then
             former = step
             if (saved%branch > n_branches .and. saved%branch <= n_branches + size(step%branch)) call renew_steps()
-            if (size(step%branch) > 0) call set_frame_behind(on_branch)
+            if (size(step%branch) > 0) call set_frame_after_path(on_branch)
             call follow_branches(former, step, found, n_branches, frame, saved, recorder, outcome)
             saved%kind = 0
          end if
          if (allocated(outcome%why)) return
-         if (size(step%limit_curve) > 0) call set_frame_behind(on_curve)
+         if (size(step%limit_curve) > 0) call set_frame_after_path(on_curve)
          call follow_limit_curves(step, found, frame, saved, recorder, outcome)
          if (allocated(outcome%why)) return
          call freeze_loads(problem, run%last%state)
@@ -153,7 +153,7 @@ contains
       end subroutine set_frame
 
       !> Sets the frame of the checkpoints of the step's branches or limit curves, which contains the results of the step's path.
-      subroutine set_frame_behind(on)
+      subroutine set_frame_after_path(on)
          integer, intent(in) :: on
          kind = on
          frame = archive_t()
@@ -161,10 +161,10 @@ contains
          call exchange_step(frame, kind, problem%step, n_branches, perfect, buckled)
          call exchange_problem_t(frame, problem)
          call exchange_path_state_t(frame, run)
-      end subroutine set_frame_behind
+      end subroutine set_frame_after_path
 
       !> Restores the run from the checkpoint.
-      subroutine step_again()
+      subroutine restore_run_of_step()
          call exchange_step(saved%archive, kind, first, n_branches, perfect, buckled)
          saved%kind = kind
          run%critical_points => found
@@ -177,7 +177,7 @@ contains
          end if
          call renew_steps()
          if (saved%kind == on_step) call set_frame()
-      end subroutine step_again
+      end subroutine restore_run_of_step
 
       !> Replaces the steps by those of the changed deck.
       subroutine renew_steps()
@@ -199,7 +199,7 @@ contains
       ! The loads of a new step may reverse the direction of the path: the stored recent part of the path is discarded.
       if (allocated(run%trail)) deallocate (run%trail)
       if (starts_fresh(problem)) then
-         why = why_unheld(problem, run%last%state)
+         why = why_unstable(problem, run%last%state)
          if (why /= '') then
             outcome%why = why
             return
@@ -227,7 +227,7 @@ contains
       end if
       associate (step => problem%model%step(problem%step))
          if (starts_fresh(problem) .and. step%n_modes == 0 .and. step%method == method_displacement) &
-            & call presume_contact(problem, step%monitor, step%increment, run%last%state, run%last%system)
+            & call set_contact_of_start(problem, step%monitor, step%increment, run%last%state, run%last%system)
       end associate
       run%last%tangent%load = 0.0_wp
       call evaluate_tests(problem, run%last)

@@ -53,7 +53,7 @@ module run_accuracy
       character(:), allocatable :: strain_words !! message about the strain; allocated if the strain is not small
       character(:), allocatable :: rolling_words !! position and kind of rolling; allocated if a point exists at which a rod can
       !! roll
-      character(:), allocatable :: hanging_words !! monitors that rolling leaves undetermined; allocated if there are any
+      character(:), allocatable :: undetermined_words !! monitors that rolling leaves undetermined; allocated if there are any
       character(:), allocatable :: bar_words !! name of the critical load with the widest bar; allocated if the bar is wider than
       !! the deck allows
       character(:), allocatable :: mesh_words !! elements, reason and remedy; allocated if the measure of element length is above

@@ -19,7 +19,7 @@ module ground_regions
    implicit none
    private
    public :: find_ground_regions, smallest_ground_gap, inner_opening, part_of_range, rounds, ground_pressure, ground_reaction, &
-      & deck_ground_reaction, foundation_totals, taken_along
+      & deck_ground_reaction, foundation_totals, regions_on_moved_nodes
 
 contains
 
@@ -265,7 +265,7 @@ contains
 
    !> Regions of one state, transferred to the node positions of another state on the same mesh: ends of contact at nodes move with
    !> the nodes.
-   function taken_along(problem, from, to, regions) result(moved)
+   function regions_on_moved_nodes(problem, from, to, regions) result(moved)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
       type(region_t), intent(in) :: regions(:)   !! regions of `from`
@@ -309,7 +309,7 @@ contains
             return
          end do
       end function way_at
-   end function taken_along
+   end function regions_on_moved_nodes
 
    !> Number of additional turns around a chain over which a range may extend: 1 for a closed chain, 0 for an open one.
    pure integer function rounds(problem, contact)

@@ -8,7 +8,7 @@ module conforming_rod
    use inner_forces, only: inner_forces_t
    use gauss_tableau, only: raised_values
    use rod_load, only: ge_load_t, acts, line_at_stage
-   use conforming_span, only: evaluate_conforming, lying_t, conforming_forces, conforming_resultant
+   use conforming_span, only: evaluate_conforming, conforming_state_t, conforming_forces, conforming_resultant
    implicit none
    private
    public :: conforming_rod_t
@@ -51,7 +51,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(out) :: first(3), second(3)
-      type(lying_t) :: kept
+      type(conforming_state_t) :: kept
       type(inner_forces_t) :: inner
       call foundation_forces(problem, state, e, inner)
       call conforming_resultant(problem, state, e, 0.0_wp, kept, first)
@@ -67,7 +67,7 @@ contains
       real(wp), intent(in) :: tau(:)
       real(wp) :: local(3, size(tau))
       real(wp) :: place(2), angle
-      type(lying_t) :: kept
+      type(conforming_state_t) :: kept
       integer :: i
       do i = 1, size(tau)
          call conforming_forces(problem, state, e, tau(i), local(:, i), place, angle, kept=kept)
@@ -98,7 +98,7 @@ contains
       real(wp) :: total(3)
       real(wp) :: x(2, 2), position(2), force(2), local(3), angle, line(2), rate(2)
       type(ge_load_t) :: load
-      type(lying_t) :: kept
+      type(conforming_state_t) :: kept
       integer :: i, s
       load = element_load(problem, state, e)
       total = 0.0_wp

@@ -16,7 +16,7 @@ module active_coupling
    use lapack, only: dpotrf, dpotri, dsytrs
    implicit none
    private
-   public :: active_coupling_t, set_active, coupled_answer, add_forces, &
+   public :: active_coupling_t, set_active, coupled_response, add_forces, &
       & subtract_excess, excess_row, factor_excess, add_excess_response
 
    !> Active candidates on coupled ground. Symbols are those of the header of this module.
@@ -84,7 +84,7 @@ contains
 
    !> Computes reactions of coupled candidates and their openings (distances from the settled surface) for given gaps. For each
    !> candidate one of the two is prescribed: the opening of active candidates (usually 0), the reaction of inactive ones.
-   subroutine coupled_answer(coupling, set, given, gap, reaction)
+   subroutine coupled_response(coupling, set, given, gap, reaction)
       type(coupling_t), intent(in) :: coupling
       type(active_coupling_t), intent(in) :: set
       real(wp), intent(in) :: given(:) !! (candidates) prescribed opening of active candidates, prescribed reaction of inactive ones
@@ -100,7 +100,7 @@ contains
       reaction(coupling%candidate) = r
       gap(coupling%candidate) = g + matmul(coupling%compliance(:, set%entry), r(set%entry))
       gap(set%candidate) = given(set%candidate)
-   end subroutine coupled_answer
+   end subroutine coupled_response
 
    !> Changes N^T x of the gaps for changes x of the unknowns.
    pure function gap_changes(set, x) result(change)

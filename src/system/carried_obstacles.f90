@@ -20,7 +20,7 @@ module carried_obstacles
    use rod_load, only: ge_load_t, line_at_stage
    use obstacle_pose, only: pose_t, rigid_motion, about_pivot
    use obstacle_track, only: track_t
-   use conforming_span, only: lying_t, conforming_track
+   use conforming_span, only: conforming_state_t, conforming_track
    use tied_nodes, only: add_matrix, node_unknowns, spread_force
    use band_matrix, only: band_t
    use system_type, only: system_t
@@ -162,7 +162,7 @@ contains
       real(wp), intent(out) :: force(3), rate(3) !! force and moment; their derivative by the load factor
       real(wp), intent(out) :: k(9, 9) !! minus the derivative of the force by the unknowns of the carrier and of both nodes, in the
       !! nodes' axes, relative to the obstacle; symmetric
-      type(lying_t) :: kept
+      type(conforming_state_t) :: kept
       type(track_t) :: track
       type(pose_t) :: pose
       real(wp) :: line(2), line_rate(2), arm(2), ends(2, 2), p, by_place, axes(3, 3), half(3, 3)

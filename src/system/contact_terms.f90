@@ -7,7 +7,7 @@ module contact_terms
    use force_law, only: foundation_reaction
    use ground_marks, only: mark_spring
    use track_nodes, only: track_bend_rate, touchdown_spring, touchdown_couple
-   use active_coupling, only: set_active, coupled_answer, add_forces
+   use active_coupling, only: set_active, coupled_response, add_forces
    use tied_nodes, only: spread_force, add_matrix
    use system_type, only: system_t
    use node_axes, only: to_node, turn_pair, own_axes
@@ -51,7 +51,7 @@ contains
       if (problem%coupling%n == 0) return
       none = 0.0_wp
       call set_active(problem%coupling, state%active, system%coupling)
-      call coupled_answer(problem%coupling, system%coupling, none, system%opening, system%push)
+      call coupled_response(problem%coupling, system%coupling, none, system%opening, system%push)
    end subroutine set_coupling
 
    !> Adds foundations and the geometric stiffness of curved obstacles. The displacement of a moving obstacle has the effect of the

@@ -8,7 +8,7 @@ module deck_nodes
    use obstacle_pose, only: pose_t, rigid_motion
    use linear_system, only: system_t, to_global
    use state_transfer, only: find_point, kept_t, point_displacement
-   use conforming_span, only: lying_t, conforming_displacement
+   use conforming_span, only: conforming_state_t, conforming_displacement
    use section_forces, only: local_forces, inner_local_forces
    use rod_profile, only: profile_t, new_profile, keep_profile, profile_rate, profile_place
    use node_axes, only: relative_increments
@@ -210,7 +210,7 @@ contains
       real(wp), intent(out) :: rate(3)          !! change of displacement (x, y) and rotation, global axes
       real(wp) :: step, moved(3, 2), part
       type(state_t) :: beside
-      type(lying_t) :: kept
+      type(conforming_state_t) :: kept
       integer :: way, i
       if (problem%conforms(e) == 0) then
          call keep_profile(problem, state, e, profile)
@@ -232,7 +232,7 @@ contains
          end do
          beside%z(:size(dz), e) = state%z(:size(dz), e) + part * dz
          beside%load_factor = state%load_factor + part * load_change
-         kept = lying_t()
+         kept = conforming_state_t()
          call conforming_displacement(problem, beside, e, tau, kept, moved(:, way))
       end do
       rate = (moved(:, 2) - moved(:, 1)) / (2.0_wp * step)

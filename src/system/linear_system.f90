@@ -23,7 +23,7 @@ module linear_system
    use contact_terms, only: set_foundation, set_coupling, add_contact, add_marks, contact_tangent, contact_pull, node_reaction
    use joint_stiffness, only: add_joint_springs, set_swings, add_swings, apply_joints
    use rigidity_maps, only: set_rigidity
-   use rolling_rods, only: hold_rolling
+   use rolling_rods, only: constrain_rolling
    use residual_measure, only: measure_residual, worst_round_off
    use timing, only: timing_start, timing_stop, count_up, phase_elements, phase_assembly, counter_evaluated
    implicit none
@@ -98,7 +98,7 @@ contains
       call add_contact(problem, state, system)
       call set_swings(problem, state, system)
       call add_swings(problem, system, system%swing, system%k)
-      call hold_rolling(problem, state, system)
+      call constrain_rolling(problem, state, system)
       call measure_residual(problem, state, system)
       system%defect_residual = max(worst(1), worst(2) / system%force_scale, worst(3) / problem%size)
       call add_marks(problem, state, system)

@@ -24,7 +24,7 @@ module rolling_rods
    use band_matrix, only: solve_factored
    implicit none
    private
-   public :: find_rolling, hold_rolling, set_rolling, without_rolling
+   public :: find_rolling, constrain_rolling, set_rolling, without_rolling
 
    real(wp), parameter :: smooth = parallel !! [rad], relative: kinks and changes of curvature up to which a rod counts as smooth
 
@@ -43,8 +43,8 @@ contains
       if (.not. all(problem%model%fixed(:, node))) return
       c = findloc(problem%candidates%node == node .and. problem%candidates%contact_span > 0, .true., 1)
       if (c == 0) return
-      if (.not. sees_walls_only(problem, problem%candidates%obstacle(c))) return
-      if (is_alike_all_along(problem, way_along(problem, problem%candidates%obstacle(c)))) problem%rolling = node
+      if (.not. touches_walls_only(problem, problem%candidates%obstacle(c))) return
+      if (is_alike_all_along(problem, wall_direction(problem, problem%candidates%obstacle(c)))) problem%rolling = node
    end subroutine find_rolling
 
    !> True for a single closed rod that is uniform, without kinks, and has the same loads on all its material points. Nodal forces
@@ -100,7 +100,7 @@ contains
    end function rod_nodes
 
    !> True if all obstacles in contact are parallel to one straight wall, and all line loads act normal to it.
-   pure logical function sees_walls_only(problem, wall) result(only)
+   pure logical function touches_walls_only(problem, wall) result(only)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: wall                 !! index into model%obstacle
       real(wp) :: d(2), other(2), q(2)
@@ -108,12 +108,12 @@ contains
       associate (model => problem%model)
          only = model%obstacle(wall)%kind == obstacle_line
          if (.not. only) return
-         d = way_along(problem, wall)
+         d = wall_direction(problem, wall)
          do k = 1, size(problem%contact_span)
             associate (obstacle => model%contact(problem%contact_span(k)%contact)%obstacle)
                only = only .and. model%obstacle(obstacle)%kind == obstacle_line
                if (.not. only) return
-               other = way_along(problem, obstacle)
+               other = wall_direction(problem, obstacle)
                only = abs(d(1) * other(2) - d(2) * other(1)) <= exactly_parallel
             end associate
          end do
@@ -123,20 +123,20 @@ contains
             only = only .and. abs(dot_product(d, q)) <= exactly_parallel * norm2(q)
          end do
       end associate
-   end function sees_walls_only
+   end function touches_walls_only
 
    !> Unit vector along a straight obstacle.
-   pure function way_along(problem, wall) result(way)
+   pure function wall_direction(problem, wall) result(way)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: wall                 !! index into model%obstacle of a straight obstacle
       real(wp) :: way(2)
       associate (point => problem%model%obstacle(wall)%point)
          way = (point(:, 2) - point(:, 1)) / norm2(point(:, 2) - point(:, 1))
       end associate
-   end function way_along
+   end function wall_direction
 
    !> Nodes that must stay in contact while the rod rolls: the clamp, and nodes at which forces act.
-   pure function standing(problem) result(node)
+   pure function fixed_contacts(problem) result(node)
       type(problem_t), intent(in) :: problem
       integer, allocatable :: node(:)
       integer, allocatable :: of_rod(:)
@@ -145,7 +145,7 @@ contains
       of_rod = rod_nodes(problem)
       loaded = [(any([(problem%model%step(i)%load%acts_at(of_rod(n)), i=1, size(problem%model%step))]), n=1, size(of_rod))]
       node = [problem%rolling, pack(of_rod, loaded .and. of_rod /= problem%rolling)]
-   end function standing
+   end function fixed_contacts
 
    !> Length of the line contact on one side of the clamp, or of a node at which forces act. If there is no line contact: minus the
    !> length by which the rod must roll until the relative curvature vanishes. 0 in the reduced problem without force-free contacts,
@@ -187,7 +187,7 @@ contains
 
    !> Adds a spring against rolling at the unknown that rolling displaces most. If touchdown points are fixed at their material
    !> points, this unknown is fixed instead; its force is zero when the touchdown points are at their equilibrium positions.
-   subroutine hold_rolling(problem, state, system)
+   subroutine constrain_rolling(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system     !! in: assembled; out: with the spring
@@ -199,7 +199,7 @@ contains
       system%roll_range = 0.0_wp
       system%roll_row = 0.0_wp
       if (problem%rolling == 0) return
-      stands = standing(problem)
+      stands = fixed_contacts(problem)
       allocate (lies(2, size(stands)))
       do i = 1, size(stands)
          lies(:, i) = [(lying(problem, state, stands(i), side), side=1, 2)]
@@ -242,7 +242,7 @@ contains
          angle = state%geometry%element(e)%end_angle(side) + state%u(3, problem%model%mesh%node(side, e))
          t = [cos(angle), sin(angle)]
       end function tangent
-   end subroutine hold_rolling
+   end subroutine constrain_rolling
 
    !> Computes the rolling motion: the response to a force at the unknown that has the spring.
    subroutine set_rolling(system)

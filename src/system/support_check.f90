@@ -12,14 +12,14 @@ module support_check
    use rod_state, only: state_t, node_position, pose_of, chain_gap, candidate_gap
    implicit none
    private
-   public :: unheld_part
+   public :: movable_part
 
 contains
 
    !> Message that names a part that can move as a rigid body; '' if there is none. Elements, and parts that share nodes, are taken
    !> as rigid. Three independent constraints fix one part; parts connected by joints need three times as many as there are parts. A
    !> part counts as movable if only forces support it, or if its resistance is of second order.
-   function unheld_part(problem, state) result(part)
+   function movable_part(problem, state) result(part)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state       !! state at the start, with its contact set
       character(:), allocatable :: part
@@ -131,7 +131,7 @@ contains
             end do
          end associate
       end subroutine add
-   end function unheld_part
+   end function movable_part
 
    !> Finds the groups of parts that joints connect, and the index of each part in its group.
    subroutine group_parts(problem, member, group, place)

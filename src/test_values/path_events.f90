@@ -10,7 +10,7 @@ module path_events
    use monitors, only: monitor_values, monitor_rate
    use contact_regions, only: region_of, resolved_contact
    use gap_profile, only: smallest_gap
-   use ground_regions, only: find_ground_regions, taken_along
+   use ground_regions, only: find_ground_regions, regions_on_moved_nodes
    use law_corners, only: law_corner_t, beyond_corner
    use ground_events, only: ground_event_t, find_ground_events, find_roots, ground_event_value
    use path_record, only: region_t
@@ -166,7 +166,7 @@ contains
       subroutine add_ground_events()
          type(ground_event_t), allocatable :: found(:)
          integer :: k
-         call find_ground_events(problem, taken_along(problem, from, to, before%grounded), after%grounded, found)
+         call find_ground_events(problem, regions_on_moved_nodes(problem, from, to, before%grounded), after%grounded, found)
          do k = 1, size(found)
             event = event_t(kind=event_contact, label=found(k)%label)
             event%ground = found(k)

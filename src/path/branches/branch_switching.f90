@@ -87,7 +87,7 @@ contains
          hold%increment = hold%increment - drift
          call correct(problem, run%last%state, hold, .false., trial%state, trial%system, report)
          if (report%converged) then
-            report%converged = wander() <= straight * length
+            report%converged = transverse_distance() <= straight * length
             if (.not. report%converged) report%message = 'no other path was found near the bifurcation'
             if (report%converged) call check_penetration()
             if (report%converged) call check_extremum()
@@ -108,12 +108,12 @@ contains
 
       !> Distance of the first point from the predictor, without its component along the known path. (Along the known path the load
       !> may change with the distance.)
-      real(wp) function wander()
+      real(wp) function transverse_distance()
          real(wp), allocatable :: correction(:, :)
          correction = displacement_between(problem, predicted, trial%state)
          if (along > 0.0_wp) correction = correction - chord * (metric(problem, correction, chord) / along)
-         wander = sqrt(metric(problem, correction, correction))
-      end function wander
+         transverse_distance = sqrt(metric(problem, correction, correction))
+      end function transverse_distance
 
       !> Rejects a first point in which a free span penetrates an obstacle. This happens if the first contact of the new path lies
       !> within the distance.

@@ -9,7 +9,7 @@ module branches
    use path_control, only: is_arc_length
    use archive, only: archive_t, archive_reset
    use attempt, only: attempt_t
-   use checkpoint, only: saved_run_t, on_branch, exchange_branch, restore_run, go_on_from_point, change_steps
+   use checkpoint, only: saved_run_t, on_branch, exchange_branch, restore_run, continue_from_point, change_steps
    use path_state, only: path_state_t
    use critical_points, only: critical_points_t
    use point_recording, only: record
@@ -189,7 +189,7 @@ contains
       run%step_points = 1
       call follow_points(problem, as_branch, run, recorder, outcome, attempt, saved%pause(number))
       if (saved%pause(number) > 0 .and. run%points >= saved%from) then
-         call go_on_from_point(saved, problem, run, attempt, outcome)
+         call continue_from_point(saved, problem, run, attempt, outcome)
          run%frame => frame
          as_branch = followed_as_branch(problem%model%step(problem%step), b)
          if (.not. (allocated(outcome%why) .or. outcome%ended)) &

@@ -39,8 +39,8 @@ contains
       travelled = run%arc_length - run%left_at + path_length(problem, run%last%state, place)
       do j = 1, size(run%home%list)
          if (run%home%list(j)%label /= 'BP') cycle
-         distance = path_length(problem, seen_here(problem, place, run%home%list(j)), place)
-         on_parent_path = on_parent_path .or. (distance <= near * travelled .and. comes_back(run, run%home%list(j), distance))
+         distance = path_length(problem, transferred_here(problem, place, run%home%list(j)), place)
+         on_parent_path = on_parent_path .or. (distance <= near * travelled .and. has_returned(run, run%home%list(j), distance))
       end do
    end function on_parent_path
 
@@ -59,7 +59,7 @@ contains
       do j = 1, size(run%critical_points%list)
          associate (critical_point => run%critical_points%list(j))
             if (critical_point%label(1:1) /= label(1:1)) cycle
-            if (.not. path_length(problem, seen_here(problem, place, critical_point), &
+            if (.not. path_length(problem, transferred_here(problem, place, critical_point), &
                & place) < near * (here - critical_point%arc_length)) cycle
             outcome%home = .true.
             outcome%why = 'the path comes back to its point '//to_text(critical_point%point)//' at load factor '// &
@@ -88,12 +88,12 @@ contains
       do j = 1, size(run%home%list)
          associate (critical_point => run%home%list(j))
             if (critical_point%label /= 'BP' .or. critical_point%multiplicity == 0) cycle
-            place = seen_here(problem, trial%state, critical_point)
+            place = transferred_here(problem, trial%state, critical_point)
             before = path_length(problem, run%last%state, place)
             after = path_length(problem, place, trial%state)
             ! On a circular path the sum of the two chords to the middle of an increment exceeds the chord of the whole increment by
             ! the fraction turn^2/32 (turn: angle between the end tangents); four times this fraction is allowed.
-            if (max(before, after) < relation%length .and. comes_back(run, critical_point, before) .and. &
+            if (max(before, after) < relation%length .and. has_returned(run, critical_point, before) .and. &
                & before + after <= (1.0_wp + 0.125_wp * relation%turn**2 + near) * relation%length) then
                allocate (home)
                home%event = event_t(kind=event_bifurcation, label='BP', scale=critical_point%scale)
@@ -104,7 +104,7 @@ contains
                home%point%tangent = run%last%tangent
                call evaluate_tests(problem, home%point)
                home%located = .true.
-               events = pack(events, [(.not. is_that(events(i)), i=1, size(events))])
+               events = pack(events, [(.not. repeats_home(events(i)), i=1, size(events))])
                return
             end if
          end associate
@@ -114,25 +114,25 @@ contains
 
       !> True if an event only repeats the known bifurcation: a change of the pivot count, or an extremum of the load, at the same
       !> position.
-      pure logical function is_that(event)
+      pure logical function repeats_home(event)
          type(event_t), intent(in) :: event
-         is_that = event%kind == event_bifurcation
-         if (event%kind == event_limit) is_that = (place%load_factor - run%last%state%load_factor) * &
+         repeats_home = event%kind == event_bifurcation
+         if (event%kind == event_limit) repeats_home = (place%load_factor - run%last%state%load_factor) * &
             & (place%load_factor - trial%state%load_factor) > 0.0_wp
-      end function is_that
+      end function repeats_home
    end subroutine check_parent_path
 
    !> True if the path has returned to a bifurcation from which it had started or which it had passed. On a branch this is always
    !> so; on other paths only if the arc length since the bifurcation is more than twice the distance from it.
-   pure logical function comes_back(run, critical_point, distance)
+   pure logical function has_returned(run, critical_point, distance)
       type(path_state_t), intent(in) :: run
       type(critical_point_t), intent(in) :: critical_point
       real(wp), intent(in) :: distance           !! arc length from the bifurcation
-      comes_back = run%branch > 0 .or. run%arc_length - critical_point%arc_length > 2.0_wp * distance
-   end function comes_back
+      has_returned = run%branch > 0 .or. run%arc_length - critical_point%arc_length > 2.0_wp * distance
+   end function has_returned
 
    !> State of a critical point, transferred to the mesh of `here`.
-   function seen_here(problem, here, critical_point) result(state)
+   function transferred_here(problem, here, critical_point) result(state)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: here          !! any state on the present mesh
       type(critical_point_t), intent(in) :: critical_point
@@ -141,5 +141,5 @@ contains
       if (problem%deck_mesh) return
       state%geometry = here%geometry
       call carry_to(critical_point%problem, critical_point%state, problem, state)
-   end function seen_here
+   end function transferred_here
 end module branch_closure

@@ -59,7 +59,7 @@ contains
       call locate_by_function(problem, step, run, trial, division, located_event)
       if (.not. located_event%located) return
       if (division%smooth) then
-         located_event%located = is_what_it_says(problem, step, run, trial, located_event)
+         located_event%located = satisfies_definition(problem, step, run, trial, located_event)
          ! After a line contact has just become a point contact the load may be constant: its rate then changes sign by rounding
          ! only.
          if (located_event%event%kind == event_limit .and. run%since_change%shrunk .and. .not. located_event%located) &
@@ -169,7 +169,7 @@ contains
       fraction = 2.0_wp * located_event%event%before / fall
       if (-fraction * division%length > run%arc_length - run%left_at) return
       call copy_path_state(run, behind)
-      if (located_event%event%ground%contact > 0) call forget_opening(problem, located_event%event, behind%last%state)
+      if (located_event%event%ground%contact > 0) call reset_segments(problem, located_event%event, behind%last%state)
       part = division
       call point_within(problem, behind, trial, part, fraction, .true., .false., point, found%report)
       if (.not. found%report%converged) return
@@ -193,7 +193,7 @@ contains
 
    !> Marks as unknown the force-law segments of elements whose contact with a foundation changes at the event. The stored segments
    !> describe the contact on one side of the event only; on the other side the elements determine their segments again.
-   pure subroutine forget_opening(problem, event, state)
+   pure subroutine reset_segments(problem, event, state)
       type(problem_t), intent(in) :: problem
       type(event_t), intent(in) :: event           !! contact change with a foundation
       type(state_t), intent(inout) :: state
@@ -206,7 +206,7 @@ contains
          if (closed > 0.0_wp) at = event%ground%from + modulo(at - event%ground%from, closed)
          if (at > event%ground%from .and. at < event%ground%to) state%segment(c) = segment_unknown
       end do
-   end subroutine forget_opening
+   end subroutine reset_segments
 
    !> Finds the zero of the event function by Chandrupatla's bracketing rule.
    subroutine bracket_zero(problem, step, run, trial, division, located_event)
@@ -331,7 +331,7 @@ contains
 
    !> True if the located state lies on the path between both ends of the increment and, for a limit point, its load is not below
    !> (maximum) or above (minimum) the loads of both ends.
-   logical function is_what_it_says(problem, step, run, trial, located_event) result(right)
+   logical function satisfies_definition(problem, step, run, trial, located_event) result(right)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
@@ -342,7 +342,7 @@ contains
          & located_event%point%state)
       if (located_event%event%kind == event_limit) right = right .and. is_extreme(step, run%last%state%load_factor, &
          & trial%state%load_factor, located_event)
-   end function is_what_it_says
+   end function satisfies_definition
 
    !> True if the load of a located limit point is above (maximum) or below (minimum) the loads of both ends of the increment.
    pure logical function is_extreme(step, first, last, located_event) result(right)

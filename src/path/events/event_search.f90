@@ -43,11 +43,11 @@ contains
          run%last%test_values%monitor_rate = trial%test_values%monitor_rate
       end if
       call detect_events(problem, step, run%last%test_values, trial%test_values, run%last%state, trial%state, events)
-      call tell_meetings(problem, run, trial, events)
+      call distinguish_crossings(problem, run, trial, events)
       call check_parent_path(problem, run, trial, events, home)
       findings%closes_branch = allocated(home)
       allocate (findings%seen(0))
-      call look(problem, step, run, trial, events, findings%seen)
+      call locate_all(problem, step, run, trial, events, findings%seen)
       if (findings%closes_branch) findings%seen = [findings%seen, home]
       if (size(step%stop) > 0 .or. size(step%locate) > 0) call find_hidden_values(problem, step, run, trial, findings)
    end subroutine find_events
@@ -55,7 +55,7 @@ contains
    !> Distinguishes limit points from bifurcations at which the load of this path has an extremum (a symmetric pitchfork, followed
    !> along its branch). The load rate changes its sign at both. The stiffness along the path, t.K t/(t.q)^2 with the path tangent t
    !> and the load vector q, changes its sign at a limit point only.
-   subroutine tell_meetings(problem, run, trial, events)
+   subroutine distinguish_crossings(problem, run, trial, events)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
@@ -70,7 +70,7 @@ contains
          events(k)%label = 'BP'
          events(k)%note = 'bifurcation, meets the path that this one leaves on its other side'
       end do
-   end subroutine tell_meetings
+   end subroutine distinguish_crossings
 
    !> t.K t with the tangent stiffness K and the displacements t of the path tangent, divided by the square of its load rate.
    real(wp) function stiffness_along(problem, point) result(stiffness)
@@ -104,14 +104,14 @@ contains
       if (size(events) + size(beyond_it) == 0) return
       call drop_known(run%last%test_values, trial%test_values, events)
       n = size(findings%seen)
-      call look(problem, step, run, top, events, findings%seen)
+      call locate_all(problem, step, run, top, events, findings%seen)
       findings%seen(n + 1:)%fraction = part * findings%seen(n + 1:)%fraction
       call copy_path_state(run, beyond)
       beyond%last = top
       beyond%fresh = .false.
       call drop_known(run%last%test_values, trial%test_values, beyond_it)
       n = size(findings%seen)
-      call look(problem, step, beyond, trial, beyond_it, findings%seen)
+      call locate_all(problem, step, beyond, trial, beyond_it, findings%seen)
       findings%seen(n + 1:)%fraction = part + (1.0_wp - part) * findings%seen(n + 1:)%fraction
    end subroutine find_hidden_values
 
@@ -127,7 +127,7 @@ contains
    end function limit_among
 
    !> Locates the given events between the last accepted point of a path state and a later point, and appends them to `seen`.
-   subroutine look(problem, step, from, to, wanted, seen)
+   subroutine locate_all(problem, step, from, to, wanted, seen)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: from
@@ -143,7 +143,7 @@ contains
       end do
       if (size(seen) > 0) found = [seen, found]
       call move_alloc(found, seen)
-   end subroutine look
+   end subroutine locate_all
 
    !> Removes events whose value lies between the values at the ends of the whole increment: such events have been detected already.
    subroutine drop_known(first, last, events)

@@ -18,8 +18,8 @@ module smooth_zero
    use increment_points, only: division_t
    use path_events, only: event_bifurcation, event_limit
    use event_eigenvalue, only: zero_eigenvalue
-   use zero_search, only: zero_search_t, find_zero, swerve_per_force
-   use met_path, only: locate_on_met_path
+   use zero_search, only: zero_search_t, find_zero, tangent_turn_per_force
+   use crossing_path, only: locate_on_crossing_path
    use zero_at_end, only: take_beginning, take_nearer_end
    use located_events, only: located_event_t, note_balance
    use path_point, only: path_point_t, point_at, evaluate_tests
@@ -56,7 +56,7 @@ contains
             located_event%fraction = event%before / (event%before - event%after)
             point%tangent = path_tangent_t(run%last%tangent%u, 0.0_wp)
             point%state = between(problem, run%last%state, trial%state, run%last%tangent, trial%tangent, located_event%fraction)
-            call locate_on_met_path(problem, sign(1.0_wp, event%before), point%state, found)
+            call locate_on_crossing_path(problem, sign(1.0_wp, event%before), point%state, found)
          end associate
       else
          call find_zero(problem, step, run, trial, division, search, located_event, found)
@@ -140,6 +140,6 @@ contains
       real(wp) :: f
       f = zero_eigenvalue(problem, located_event%event, located_event%point, search%modes)
       located_event%located = minval(abs(search%modes%mu)) <= sqrt(step%locate_tolerance) * search%bracket%scale
-      located_event%swerve = swerve_per_force(search, path_length(problem, run%last%state, trial%state))
+      located_event%tangent_turn = tangent_turn_per_force(search, path_length(problem, run%last%state, trial%state))
    end subroutine confirm_bifurcation
 end module smooth_zero

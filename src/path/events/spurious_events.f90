@@ -19,7 +19,7 @@ module spurious_events
    use mesh_request, only: rounding_of
    implicit none
    private
-   public :: better_from_nearer, hides_release, turns_by_rounding, doubt_limit, doubt_bifurcation
+   public :: better_from_nearer, hides_release, turns_by_rounding, check_limit_shift, check_single_path
 
    character(*), parameter :: passing = 'bifurcation, or two paths that pass each other closely,'
 
@@ -105,7 +105,7 @@ contains
    !> Rejects a limit point that may be an error of the mesh. It is rejected if its position on enriched elements differs by more
    !> than the arc length since the last contact change (or, if it lies further ahead there, by more than this length plus the arc
    !> length to the trial): if the load is nearly constant, the mesh error alone may make it fall.
-   subroutine doubt_limit(problem, run, trial, located_event)
+   subroutine check_limit_shift(problem, run, trial, located_event)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
@@ -116,14 +116,14 @@ contains
          & located_event%point%state)
       if (located_event%bars%way > 0.0_wp) reach = reach + path_length(problem, located_event%point%state, trial%state)
       if (abs(located_event%bars%way) > reach) located_event%bars%unsure = .true.
-   end subroutine doubt_limit
+   end subroutine check_limit_shift
 
    !> Rejects a bifurcation that may be two paths close to each other. A small force along the null vector would separate the paths;
    !> the points between which the event is interpolated then lie on both.
-   pure subroutine doubt_bifurcation(located_event)
+   pure subroutine check_single_path(located_event)
       type(located_event_t), intent(inout) :: located_event !! located becomes false if the bifurcation is rejected
       if (.not. allocated(located_event%bars) .or. located_event%event%kind /= event_bifurcation) return
-      located_event%located = located_event%bars%unfolding * located_event%swerve <= largest_turn
+      located_event%located = located_event%bars%unfolding * located_event%tangent_turn <= largest_turn
       if (.not. located_event%located) located_event%event%note = passing
-   end subroutine doubt_bifurcation
+   end subroutine check_single_path
 end module spurious_events

@@ -15,7 +15,7 @@ module zero_search
    use bracketing, only: bracket_t, next_guess, take_value
    implicit none
    private
-   public :: zero_search_t, find_zero, swerve_per_force
+   public :: zero_search_t, find_zero, tangent_turn_per_force
 
    integer, parameter :: max_centres = 6 !! largest number of interpolations for one zero; with values from 1 to 12 every deck in
    !! input has the same results
@@ -209,7 +209,7 @@ contains
 
    !> Turn of the path tangent by a unit force on the null vector of length 1. A force f displaces the path by f/mu along the null
    !> vector if mu is the eigenvalue, and mu grows linearly with the distance from the zero.
-   pure real(wp) function swerve_per_force(search, length) result(turn)
+   pure real(wp) function tangent_turn_per_force(search, length) result(turn)
       type(zero_search_t), intent(in) :: search !! search that has found the zero between its samples
       real(wp), intent(in) :: length            !! arc length of the increment
       real(wp) :: w(n_samples), d(n_samples), slope
@@ -217,5 +217,5 @@ contains
       slope = abs(dot_product(d, search%value))
       turn = slope * minval(abs(search%at - search%centre))**2 * length
       if (turn > 0.0_wp) turn = 1.0_wp / turn
-   end function swerve_per_force
+   end function tangent_turn_per_force
 end module zero_search

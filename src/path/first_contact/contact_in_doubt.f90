@@ -50,7 +50,7 @@ contains
       real(wp) :: first, apart
       nodes = new_sampled_problem(problem)
       here = carried(problem, run%last%state, nodes)
-      here%active = at_touches(nodes, here, present_contact_spans(problem, run%last%state))
+      here%active = active_nodes(nodes, here, present_contact_spans(problem, run%last%state))
       onward = carried_field(problem, run%last%state, run%last%tangent%u, nodes, here)
       control%method = method_load
       on%last%system = new_system(nodes)
@@ -99,7 +99,7 @@ contains
    end function is_near
 
    !> (candidates) true: the node lies on a line contact, or next to a point contact.
-   function at_touches(nodes, state, contact_span) result(active)
+   function active_nodes(nodes, state, contact_span) result(active)
       type(problem_t), intent(in) :: nodes
       type(state_t), intent(in) :: state
       type(contact_span_t), intent(in) :: contact_span(:)
@@ -121,5 +121,5 @@ contains
             end do
          end do
       end do
-   end function at_touches
+   end function active_nodes
 end module contact_in_doubt

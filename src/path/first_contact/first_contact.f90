@@ -15,14 +15,14 @@ module first_contact
    use displacement_functional, only: monitor_change
    implicit none
    private
-   public :: presume_contact
+   public :: set_contact_of_start
 
 contains
 
    !> In a stress-free state, replaces the set of candidates with zero gap by the set in contact under a small load, which moves the
    !> controlled monitor in the direction of the increment. If no such set exists, the state is unchanged, and the first increment
    !> reports the reason.
-   subroutine presume_contact(problem, monitor, increment, state, system)
+   subroutine set_contact_of_start(problem, monitor, increment, state, system)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: monitor             !! index into model%monitor
       real(wp), intent(in) :: increment          !! increment of the controlled quantity; only its sign is used
@@ -59,5 +59,5 @@ contains
          call linearise(problem, state, state, system)
       end do senses
       call linearise(problem, state, state, system)
-   end subroutine presume_contact
+   end subroutine set_contact_of_start
 end module first_contact

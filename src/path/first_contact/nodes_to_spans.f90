@@ -89,8 +89,8 @@ contains
             if (same_set(contact_span, first)) cycle waves
          end if
          first = contact_span
-         call take_these()
-         if (found) call lay_closed_spans()
+         call test_these_spans()
+         if (found) call fill_closed_spans()
          if (found) exit waves
       end do waves
 
@@ -98,7 +98,7 @@ contains
 
       !> Replaces free spans whose largest gap is rounding by line contacts, if the tests allow it: the ends of such free spans
       !> carry no contact force, and their positions would be arbitrary.
-      subroutine lay_closed_spans()
+      subroutine fill_closed_spans()
          type(next_t) :: kept
          type(span_test_t), allocatable :: tests(:)
          tests = tests_of(next)
@@ -107,7 +107,7 @@ contains
             if (tests(k)%kind == test_vanishing .and. abs(tests(k)%value) <= test_slack(test_vanishing)) then
                call copy_next(next, kept)
                contact_span = laid_down(present_contact_spans(next%problem, next%state), tests(k)%beside, tests(k)%ends)
-               call take_these()
+               call test_these_spans()
                if (found) then
                   tests = tests_of(next)
                   k = 0
@@ -118,10 +118,10 @@ contains
             end if
             k = k + 1
          end do
-      end subroutine lay_closed_spans
+      end subroutine fill_closed_spans
 
       !> Finds the equilibrium with the contact spans of `next`, and tests the spans.
-      subroutine take_these()
+      subroutine test_these_spans()
          contact_span%number = [(c, c=1, size(contact_span))]
          why = 'two obstacles touch the rod at one place'
          found = .not. any([(any([(meet(contact_span(c), contact_span(i)), i=1, c - 1)]), c=1, size(contact_span))])
@@ -132,7 +132,7 @@ contains
          if (.not. found) return
          why = 'contact did not settle'
          found = holds(next)
-      end subroutine take_these
+      end subroutine test_these_spans
 
       !> True if two contact spans on different obstacles are at the same place between the ends of a rod segment.
       pure logical function meet(one, other)

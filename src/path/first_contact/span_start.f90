@@ -46,7 +46,7 @@ contains
             if (.not. contact%along) cycle
             do i = 1, size(contact%node)
                if (.not. touches_at_first(problem, k, i, normal)) cycle
-               if (held_end(problem, k, contact%node(i), normal)) then
+               if (is_supported_end(problem, k, contact%node(i), normal)) then
                   clamp = [clamp, touch_at_end(problem, k, contact%node(i), size(clamp) + 1)]
                else
                   touches = .true.
@@ -171,7 +171,7 @@ contains
 
    !> True if a node is the end of a rod, supported on the obstacle by a hinge or by a clamp parallel to the obstacle. Contact may
    !> spread from such an end, but has no force yet.
-   logical function held_end(problem, contact, node, normal) result(held)
+   logical function is_supported_end(problem, contact, node, normal) result(held)
       type(problem_t), intent(in) :: problem         !! problem on the deck's mesh
       integer, intent(in) :: contact, node
       real(wp), intent(in) :: normal(2)              !! unit normal of the obstacle at the node
@@ -186,7 +186,7 @@ contains
       angle = home%element(e)%end_angle(side)
       held = problem%covered(problem%rod_segment(e), contact) .and. (.not. problem%model%fixed(3, node) .or. &
          & abs(dot_product(normal, [cos(angle), sin(angle)])) <= parallel)
-   end function held_end
+   end function is_supported_end
 
    !> Point contact at the supported end of a rod (see is_supported_end).
    type(contact_span_t) function touch_at_end(problem, contact, node, number) result(contact_span)

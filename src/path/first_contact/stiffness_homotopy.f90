@@ -15,7 +15,7 @@ module stiffness_homotopy
    use contact_spans, only: contact_span_t
    use ground_mark, only: cut_t
    use ground_cuts, only: find_cuts, marked
-   use ground_segments, only: tell_segments, followed_part
+   use ground_segments, only: assign_segments, followed_part
    use state_transfer, only: carried, carried_field
    use path_control, only: control_t, is_arc_length
    use path_point, only: path_point_t, point_at, move_to
@@ -35,21 +35,21 @@ module stiffness_homotopy
    !! meshes at one stiffness, made until every interface point has a node
 
    !> Equilibrium at the end of the path's first increment, on foundations with a part of the deck's stiffness.
-   type :: rung_t
+   type :: homotopy_point_t
       type(problem_t) :: problem
       type(state_t) :: state
       real(wp) :: part = 1.0_wp                  !! stiffness of the foundations, as a share of the deck's stiffness
-   end type rung_t
+   end type homotopy_point_t
 
 contains
 
    !> Assignment of a homotopy point as a procedure, because the compiler would expand the copies of all components at each
    !> assignment.
-   pure subroutine copy_rung(from, to)
-      type(rung_t), intent(in) :: from
-      type(rung_t), intent(inout) :: to
+   pure subroutine copy_homotopy_point(from, to)
+      type(homotopy_point_t), intent(in) :: from
+      type(homotopy_point_t), intent(inout) :: to
       to = from
-   end subroutine copy_rung
+   end subroutine copy_homotopy_point
 
    !> True if the run is at the start of a path on foundations that are too stiff for the elements to detect contact.
    logical function is_stiff_start(problem, run)
@@ -90,7 +90,7 @@ contains
       type(path_point_t), intent(inout) :: trial
       type(increment_t), intent(out) :: report
       logical, intent(out) :: taken                !! false: no point was found; problem and run are then unchanged
-      type(rung_t) :: here, sound, next
+      type(homotopy_point_t) :: here, sound, next
       type(state_t) :: start
       type(system_t) :: system
       type(cut_t), allocatable :: cut(:)
@@ -113,7 +113,7 @@ contains
          here%part = here%part / first_growth
       end do
       if (.not. report%converged) return
-      call copy_rung(here, sound)
+      call copy_homotopy_point(here, sound)
       growth = first_growth
       tries = 0
       do
@@ -122,7 +122,7 @@ contains
          if (marked(here%problem, here%state, cut) .or. tries > most_tries) then
             if (here%part >= 1.0_wp) exit
             if (here%part > sound%part) growth = growth**2
-            call copy_rung(here, sound)
+            call copy_homotopy_point(here, sound)
             tries = 0
             next%part = min(1.0_wp, here%part * growth)
             call stiffen(problem, cut, (here%part / next%part)**0.25_wp)
@@ -130,11 +130,11 @@ contains
          tries = tries + 1
          next%problem = new_span_problem(softened(here%problem, problem, next%part), &
             & present_contact_spans(here%problem, here%state), here%state, cut)
-         call stand_there(run%control, here, next, system, report)
+         call solve_at_stiffness(run%control, here, next, system, report)
          if (report%converged) then
-            call copy_rung(next, here)
+            call copy_homotopy_point(next, here)
          else
-            call copy_rung(sound, here)
+            call copy_homotopy_point(sound, here)
             if (here%part >= 1.0_wp) exit
             growth = sqrt(growth)
             tries = 0
@@ -142,7 +142,7 @@ contains
          end if
       end do
       start = carried(problem, run%last%state, here%problem)
-      call tell_segments(here%problem, start, carried=.true.)
+      call assign_segments(here%problem, start, carried=.true.)
       run%last%tangent%u = carried_field(problem, run%last%state, run%last%tangent%u, here%problem, start)
       call forget_mesh(run)
       call copy_problem(here%problem, problem)
@@ -153,10 +153,10 @@ contains
    end subroutine take_stiff_start
 
    !> Finds the equilibrium on the mesh and with the stiffness of `next`, starting from the state at the present stiffness.
-   subroutine stand_there(control, here, next, system, report)
+   subroutine solve_at_stiffness(control, here, next, system, report)
       type(control_t), intent(in) :: control
-      type(rung_t), intent(in) :: here
-      type(rung_t), intent(inout) :: next          !! in: its problem and part are given; out: also its state
+      type(homotopy_point_t), intent(in) :: here
+      type(homotopy_point_t), intent(inout) :: next          !! in: its problem and part are given; out: also its state
       type(system_t), intent(out) :: system
       type(increment_t), intent(out) :: report
       type(control_t) :: hold
@@ -164,11 +164,11 @@ contains
       hold = control
       hold%increment = 0.0_wp
       next%state = carried(here%problem, here%state, next%problem)
-      call tell_segments(next%problem, next%state, carried=.true.)
+      call assign_segments(next%problem, next%state, carried=.true.)
       guess = next%state
       system = new_system(next%problem)
       call correct(next%problem, guess, hold, .true., next%state, system, report)
-   end subroutine stand_there
+   end subroutine solve_at_stiffness
 
    !> Predicts the ends of contact on a stiffer foundation, from the theory of beams on elastic foundations. Beside an end all
    !> lengths scale with the boundary layer. Far from the end the rod behaves as on a rigid foundation, with its touchdown point at

@@ -36,7 +36,7 @@ module attempt
       integer :: meshes = 0                      !! meshes made because of the increment's errors, see arrival_t
       integer :: corner_meshes = 0               !! meshes made because of the errors at a corner of the contact set
       integer :: doubled_at = -1                 !! number of the point at which the mesh density was doubled last; -1: none
-      real(wp) :: asked_at = -1.0_wp             !! arc length up to which another contact set has been searched for; -1: none
+      real(wp) :: searched_to = -1.0_wp             !! arc length up to which another contact set has been searched for; -1: none
    end type attempt_t
 
 contains

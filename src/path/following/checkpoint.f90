@@ -23,7 +23,7 @@ module checkpoint
    implicit none
    private
    public :: saved_run_t, on_step, on_branch, on_curve, exchange_step, exchange_branch, save_run, restore_run, clear_end
-   public :: change_steps, take_steps, go_on_from_point, not_again
+   public :: change_steps, take_steps, continue_from_point, not_again
 
    integer, parameter :: on_step = 1, on_branch = 2, on_curve = 3 !! kinds of path
    character(*), parameter :: not_again = 'the run that was made again up to the point does not find the points in the file: '// &
@@ -138,7 +138,7 @@ contains
    end subroutine clear_end
 
    !> Continues with the steps of the changed deck from the last repeated point of the run.
-   subroutine go_on_from_point(saved, problem, run, attempt, outcome)
+   subroutine continue_from_point(saved, problem, run, attempt, outcome)
       type(saved_run_t), intent(inout) :: saved
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
@@ -152,7 +152,7 @@ contains
       call clear_end(outcome)
       if (.not. again) outcome%why = not_again
       if (saved%changed) call change_path(saved, problem, run, attempt)
-   end subroutine go_on_from_point
+   end subroutine continue_from_point
 
    !> Continues a path from its last accepted point with the steps of the changed deck.
    subroutine change_path(saved, problem, run, attempt)

@@ -50,12 +50,12 @@ contains
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       ! Points between which only the contact set changes are at the same position.
-      attempt%changed = problem%has_spans() .and. run%arc_length - run%left_at > attempt%asked_at
+      attempt%changed = problem%has_spans() .and. run%arc_length - run%left_at > attempt%searched_to
       if (.not. attempt%changed) return
-      attempt%asked_at = place()
+      attempt%searched_to = place()
       call find_other_set(problem, step, run, attempt%first_increment, recorder, attempt%changed, attempt%finished, outcome)
       ! Contact at nodes is not tried again at the position at which the present set was found.
-      attempt%asked_at = place()
+      attempt%searched_to = place()
       if (.not. attempt%changed) return
       run%control%increment = sign(attempt%first_increment, run%control%increment)
       attempt%cuts = 0

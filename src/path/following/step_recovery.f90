@@ -23,7 +23,7 @@ module step_recovery
    use text, only: to_text
    use path_control, only: is_arc_length
    use displacement_functional, only: monitor_change
-   use looking_ahead, only: look_t, look_from, look_on
+   use unrecorded_path, only: unrecorded_path_t, start_unrecorded, advance_unrecorded
    use corrector, only: increment_t
    implicit none
    private
@@ -220,14 +220,14 @@ contains
       real(wp), intent(out) :: at               !! load factor where the controlled quantity turns back, or at the last point
       integer, intent(out) :: points            !! number of points found
       logical, intent(out) :: found             !! true: the controlled quantity turns back
-      type(look_t) :: look
+      type(unrecorded_path_t) :: look
       real(wp) :: rate_here, rate_there, load, slope
       logical :: ahead
       found = .false.
       points = 0
       at = run%last%state%load_factor
       if (.not. run%last%system%ok) return
-      look = look_from(run)
+      look = start_unrecorded(run)
       rate_here = rate()
       ! If the controlled quantity already changes against the sign of the increment at the last accepted point, it has turned back
       ! before that point.
@@ -235,7 +235,7 @@ contains
       do while (points < most_points)
          load = look%here%state%load_factor
          slope = look%here%tangent%load
-         call look_on(problem, look, ahead)
+         call advance_unrecorded(problem, look, ahead)
          if (.not. ahead) return
          points = points + 1
          rate_there = rate()

@@ -20,7 +20,7 @@ module limit_curves
    use second_parameter, only: present_value
    use limit_marks, only: renew_marks
    use limit_rigid, only: make_rigid
-   use limit_search, only: curve_trace_t, trial_t, stand_here, scale_rate, evaluate_rate, search, as_coordinate, as_value, &
+   use limit_search, only: curve_trace_t, trial_t, set_follower_tangent, scale_rate, evaluate_rate, search, as_coordinate, as_value, &
       & small_drop
    use monitors, only: monitor_values
    use limit_mesh, only: bars_here, refine_limit_point
@@ -104,7 +104,7 @@ contains
             ! Unit of the arc length a. For the first step it is a length over which the path is curved, later the change of a in
             ! one step along the curve.
             follower%unit(1) = first_distance
-            call stand_here(follower, own%list(i)%direction, own%list(i)%direction_load)
+            call set_follower_tangent(follower, own%list(i)%direction, own%list(i)%direction_load)
             if (.not. follower%system%ok) then
                trouble = 'the tangent at the limit point is singular'
                return
@@ -218,7 +218,7 @@ contains
          call make_rigid(curve, follower%problem, follower%state, direction, ok)
          call copy_problem(follower%problem, follower%base)
          follower%system = new_system(follower%problem)
-         if (ok) call stand_here(follower, direction, 0.0_wp)
+         if (ok) call set_follower_tangent(follower, direction, 0.0_wp)
          if (.not. ok) then
             trouble = 'no equilibrium was found on the mesh that the rigid obstacle is to have'
             return
@@ -297,7 +297,7 @@ contains
          if (.not. trace%follower%system%ok) return
          trace%follower%system = new_system(trace%follower%problem)
          call linearise(trace%follower%problem, trace%follower%state, trace%follower%state, trace%follower%system)
-         call stand_here(trace%follower, direction, 0.0_wp)
+         call set_follower_tangent(trace%follower, direction, 0.0_wp)
          ! The unit of arc length is the length over which the load falls by a hundredth. The direction of the step is converted to
          ! the new unit. Near a turning point of the curve, where the slope vanishes, the unit is not changed.
          if (abs(to%slope) > 0.0_wp .and. abs(trace%way(1)) < 0.3_wp) then

@@ -16,7 +16,7 @@ module limit_marks
    use corrector, only: increment_t, correct
    implicit none
    private
-   public :: renew_marks, take_marks_off, stand_on
+   public :: renew_marks, take_marks_off, transfer_and_solve
 
 contains
 
@@ -35,7 +35,8 @@ contains
       if (marked(problem, state, cut)) then
          if (.not. outgrown(problem, state, cut)) return
       end if
-      call stand_on(new_span_problem(problem, present_contact_spans(problem, state), state, cut), problem, state, direction, ok)
+      call transfer_and_solve(new_span_problem(problem, present_contact_spans(problem, state), state, cut), problem, state, &
+         & direction, ok)
       if (ok) base = same_spans(base, problem)
    end subroutine renew_marks
 
@@ -47,11 +48,12 @@ contains
       logical, intent(out) :: ok                              !! false: no equilibrium was found
       ok = .true.
       if (size(problem%mark) == 0) return
-      call stand_on(new_span_problem(problem, present_contact_spans(problem, state), state), problem, state, direction, ok)
+      call transfer_and_solve(new_span_problem(problem, present_contact_spans(problem, state), state), problem, state, direction, &
+         & ok)
    end subroutine take_marks_off
 
    !> Corrects the state to equilibrium on another mesh, in the plane normal to the path direction.
-   subroutine stand_on(next, problem, state, direction, ok)
+   subroutine transfer_and_solve(next, problem, state, direction, ok)
       type(problem_t), intent(in) :: next
       type(problem_t), intent(inout) :: problem
       type(state_t), intent(inout) :: state
@@ -70,5 +72,5 @@ contains
       there = state
       call correct(problem, there, hold, .true., state, system, report)
       ok = report%converged
-   end subroutine stand_on
+   end subroutine transfer_and_solve
 end module limit_marks

@@ -13,7 +13,7 @@ module limit_rigid
    use ground_segments, only: segment_at
    use force_law, only: carries
    use second_parameter, only: rigid_problem, carry_state
-   use limit_marks, only: take_marks_off, stand_on
+   use limit_marks, only: take_marks_off, transfer_and_solve
    implicit none
    private
    public :: make_rigid
@@ -37,33 +37,33 @@ contains
       end where
       call choose_spans(deck)
       if (all(deck%contact%along .or. deck%contact%obstacle /= curve%obstacle)) then
-         call lay_down()
+         call make_line_contacts()
       else
          call take_marks_off(problem, state, direction, ok)
-         if (ok) call stand_at_nodes()
+         if (ok) call use_contact_at_nodes()
       end if
 
    contains
 
       !> Makes contact at the nodes instead of contact spans.
-      subroutine stand_at_nodes()
+      subroutine use_contact_at_nodes()
          type(problem_t) :: next
          next = rigid_problem(problem, curve)
          state = carry_state(problem, next, state)
          call copy_problem(next, problem)
-      end subroutine stand_at_nodes
+      end subroutine use_contact_at_nodes
 
       !> Replaces the foundation contact that carries pressure by line contacts.
-      subroutine lay_down()
+      subroutine make_line_contacts()
          type(problem_t) :: base
          type(contact_span_t), allocatable :: contact_span(:)
          call copy_problem(problem, base)
          base%deck = deck
          call place_spans(new_problem(deck), base)
          contact_span = present_contact_spans(problem, state)
-         call stand_on(new_span_problem(base, [contact_span, pressed_lines(maxval([0, contact_span%number]))], state), problem, &
-            & state, direction, ok)
-      end subroutine lay_down
+         call transfer_and_solve(new_span_problem(base, [contact_span, pressed_lines(maxval([0, contact_span%number]))], state), &
+            & problem, state, direction, ok)
+      end subroutine make_line_contacts
 
       !> Line contacts on the obstacle of the curve: the parts of each rod segment that carry pressure.
       function pressed_lines(last) result(line)

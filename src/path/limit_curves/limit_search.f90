@@ -14,7 +14,7 @@ module limit_search
    use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    implicit none
    private
-   public :: follower_t, curve_trace_t, copy_follower, trial_t, stand_here, scale_rate, evaluate_rate, search, as_coordinate
+   public :: follower_t, curve_trace_t, copy_follower, trial_t, set_follower_tangent, scale_rate, evaluate_rate, search, as_coordinate
    public :: as_value, small_drop
 
    integer, parameter :: max_searches = 40 !! largest number of evaluations of the load rate h for one limit point; with values from
@@ -73,7 +73,7 @@ contains
    end subroutine copy_follower
 
    !> Sets the path tangent at the state of the follower, oriented along a given direction.
-   subroutine stand_here(follower, direction, direction_load)
+   subroutine set_follower_tangent(follower, direction, direction_load)
       type(follower_t), intent(inout) :: follower
       real(wp), intent(in) :: direction(:, :), direction_load !! displacements (3, nodes) and load factor of the given direction
       call linearise(follower%problem, follower%state, follower%state, follower%system)
@@ -81,7 +81,7 @@ contains
       follower%control%method = method_cylindrical
       call set_tangent(follower%problem, follower%system, direction, direction_load, follower%control)
       follower%control%method = method_linearised
-   end subroutine stand_here
+   end subroutine set_follower_tangent
 
    !> Sets the unit of arc length, over which the load falls by a hundredth from its limit, and the reference value of the load
    !> rate.

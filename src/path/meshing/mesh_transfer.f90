@@ -24,12 +24,12 @@ module mesh_transfer
    use sized_equilibrium, only: solve_sized
    implicit none
    private
-   public :: stand_on, rebalance, refine_point, move_to_mesh
+   public :: transfer_and_solve, rebalance, refine_point, move_to_mesh
 
 contains
 
    !> Transfers the run's last point to another mesh with the same contact set. If no equilibrium is found there, nothing changes.
-   subroutine stand_on(next, problem, run, done)
+   subroutine transfer_and_solve(next, problem, run, done)
       type(problem_t), intent(in) :: next
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
@@ -43,7 +43,7 @@ contains
       if (done) return
       call copy_problem(kept, problem)
       call copy_path_state(before, run)
-   end subroutine stand_on
+   end subroutine transfer_and_solve
 
    !> Finds the equilibrium of the run's last point on the mesh to which it was transferred.
    subroutine rebalance(problem, run, done)
@@ -141,7 +141,7 @@ contains
       asked%demand = density
       call copy_path_state(run, there)
       there%last = point
-      call stand_on(new_span_problem(asked, present_contact_spans(problem, point%state), point%state, find_cuts(problem, &
+      call transfer_and_solve(new_span_problem(asked, present_contact_spans(problem, point%state), point%state, find_cuts(problem, &
          & point%state)), problem, there, done)
       if (.not. done) return
       point = there%last

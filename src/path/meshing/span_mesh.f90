@@ -8,11 +8,11 @@ module span_mesh
    use span_problem, only: new_span_problem
    use span_division, only: present_demand, lasting_demand, outgrown
    use span_candidates, only: present_contact_spans
-   use mesh_transfer, only: stand_on, rebalance
+   use mesh_transfer, only: transfer_and_solve, rebalance
    use mesh_density, only: mesh_density_t
    use ground_mark, only: cut_t
    use ground_cuts, only: find_cuts, marked
-   use ground_segments, only: tell_segments
+   use ground_segments, only: assign_segments
    use state_transfer, only: carried, carried_field
    use path_continuity, only: path_tangent_t
    use path_point, only: path_point_t, point_at
@@ -48,8 +48,8 @@ contains
       if (marked(problem, run%last%state, cut)) then
          if (.not. outgrown(problem, run%last%state, cut)) return
       end if
-      call stand_on(new_span_problem(problem, present_contact_spans(problem, run%last%state), run%last%state, cut), problem, &
-         & run, done)
+      call transfer_and_solve(new_span_problem(problem, present_contact_spans(problem, run%last%state), run%last%state, cut), &
+         & problem, run, done)
    end subroutine renew_mesh
 
    !> Remeshes as the last trial requires: at the run's last point, from which the increment is then repeated, or else at the trial.
@@ -73,12 +73,12 @@ contains
       asked%demand = request%density
       deallocate (request%density)
       call copy_problem(asked, here)
-      here%demand = taken_along(problem, run%last%state, asked%demand)
+      here%demand = transferred_density(problem, run%last%state, asked%demand)
       cut = find_cuts(problem, trial%state)
       ! An unloaded start has no ends of contact: the new mesh is made for the trial instead.
       if (settled .and. run%fresh) call remesh_trial(.false.)
       if (.not. taken .and. (problem%has_spans() .or. request%at_last_point .or. marked(problem, trial%state, &
-         & cut))) call stand_here()
+         & cut))) call remesh_last_point()
       ! If contact was just detected at nodes or by elements on foundations, the run's last point does not have the spans of the
       ! trial.
       if (.not. (taken .or. done)) request%density_before = present_demand(problem, run%last%state)
@@ -88,7 +88,7 @@ contains
          do k = 1, size(here%demand)
             here%demand(k)%elements = 2.0_wp * here%demand(k)%elements
          end do
-         call stand_here()
+         call remesh_last_point()
       end if
       if (.not. (taken .or. done)) call remesh_trial(.false.)
       done = done .or. taken
@@ -102,11 +102,10 @@ contains
    contains
 
       !> Transfers the run's last point to the requested mesh.
-      subroutine stand_here()
-         call stand_on(new_span_problem(here, present_contact_spans(problem, run%last%state), run%last%state, find_cuts(problem, &
-            & run%last%state)), &
-            & problem, run, done)
-      end subroutine stand_here
+      subroutine remesh_last_point()
+         call transfer_and_solve(new_span_problem(here, present_contact_spans(problem, run%last%state), run%last%state, &
+            & find_cuts(problem, run%last%state)), problem, run, done)
+      end subroutine remesh_last_point
 
       !> Transfers the trial, in equilibrium, and the run's last point, in equilibrium if possible, to another mesh.
       subroutine remesh_trial(both)
@@ -122,14 +121,14 @@ contains
          run%last%state = trial%state
          fresh = run%fresh
          run%fresh = .false.
-         call stand_on(new_span_problem(asked, present_contact_spans(problem, trial%state), trial%state, find_cuts(problem, &
-            & trial%state)), problem, run, taken)
+         call transfer_and_solve(new_span_problem(asked, present_contact_spans(problem, trial%state), trial%state, &
+            & find_cuts(problem, trial%state)), problem, run, taken)
          run%fresh = fresh
          moved = run%last
          run%last = start
          if (.not. taken) return
          state = carried(before, start%state, problem)
-         call tell_segments(problem, state, carried=.true.)
+         call assign_segments(problem, state, carried=.true.)
          run%last = point_at(problem, state)
          run%last%tangent = path_tangent_t(carried_field(before, start%state, start%tangent%u, problem, state), start%tangent%load)
          run%last%test_values = start%test_values
@@ -148,7 +147,7 @@ contains
    end subroutine refine_mesh
 
    !> Mesh density for a trial, transferred to the mesh of another state: the density inside a span moves with the ends of the span.
-   function taken_along(problem, state, demand) result(here)
+   function transferred_density(problem, state, demand) result(here)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(mesh_density_t), intent(in) :: demand(:) !! mesh density by elements of the problem, or by other pieces of the rods
@@ -162,7 +161,7 @@ contains
             here(k) = demand(k)
          end if
       end do
-   end function taken_along
+   end function transferred_density
 
    !> Coarsens the mesh as far as the errors of the last point permit, if the coarser mesh has fewer elements and an equilibrium
    !> exists on it. Whether increments converge on the coarser mesh is seen at the next trial.
@@ -183,7 +182,7 @@ contains
          return
       end if
       before = point_on_mesh_t(problem, run%last)
-      call stand_on(asked, problem, run, done)
+      call transfer_and_solve(asked, problem, run, done)
       if (.not. done) return
       ! The coarser mesh is rejected if the load rate changes its sign on it.
       if (run%last%tangent%load * before%point%tangent%load < 0.0_wp) then

@@ -14,7 +14,7 @@ module corner_limit
    use path_events, only: note_of_corner
    use path_point, only: path_point_t
    use path_state, only: path_state_t, path_tangent_of
-   use looking_ahead, only: goes_on
+   use unrecorded_path, only: goes_on
    use event_recording, only: announce, new_critical
    use path_outcome, only: outcome_t
    use path_record, only: recorder_t, critical_t

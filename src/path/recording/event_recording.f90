@@ -10,10 +10,10 @@ module event_recording
    use bordered_system, only: linearise
    use located_zero, only: as_zero
    use tangent_modes, only: modes_t, null_vectors, choose_null_vectors, nodal_values, deck_mode
-   use force_free_contact, only: remove_force_free_lines, let_turn, line_opening
+   use force_free_contact, only: remove_force_free_lines, free_rotations, line_opening
    use path_control, only: path_length
    use path_point, only: path_point_t
-   use path_state, only: path_state_t, keep_critical_point, leave_trail
+   use path_state, only: path_state_t, keep_critical_point, append_recent_part
    use branch_closure, only: on_parent_path, check_closure
    use path_events, only: event_t, event_stop, event_bifurcation, event_release, event_limit
    use located_events, only: located_event_t
@@ -115,7 +115,7 @@ contains
                opens = line_opening(problem, place, free, released, nodal_values(free, other, modes%x(:, 1)))
                if (opens == 0) &
                   & critical%note = 'bifurcation without contacts that carry no force; none of its directions opens them all'
-               call let_turn(free)
+               call free_rotations(free)
                call deck_mode(free, released, other, modes%x(:, 1), critical%null_vector(:, :, 1), sense)
                call keep_critical_point(problem, run, 'BP', place, trial%state, located_event%fraction, arc_length, pivots, 1, &
                   & free=free, released=released, opens=nint(opens * sense))
@@ -132,7 +132,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
       type(path_point_t), intent(in) :: point
-      call leave_trail(problem, run, point)
+      call append_recent_part(problem, run, point)
       run%last_length = path_length(problem, run%last%state, point%state)
       run%arc_length = run%arc_length + run%last_length
       run%last = point

@@ -16,7 +16,7 @@ module path_acceptance
    use path_events, only: event_stop, event_bifurcation
    use branch_closure, only: check_closure
    use event_search, only: findings_t, find_events
-   use spurious_events, only: better_from_nearer, hides_release, turns_by_rounding, doubt_limit, doubt_bifurcation
+   use spurious_events, only: better_from_nearer, hides_release, turns_by_rounding, check_limit_shift, check_single_path
    use event_order, only: duplicates_of, beside, count_before, by_fraction, same_place
    use event_recording, only: record_event, announce, new_critical, go_to
    use path_outcome, only: outcome_t, note_bracketed
@@ -213,11 +213,11 @@ contains
             ! The error bars may show that the rounding error is larger than assumed before.
             findings%duplicate(i) = turns_by_rounding(problem, step, run, trial, located_event)
             if (findings%duplicate(i)) return
-            call doubt_limit(problem, run, trial, located_event)
+            call check_limit_shift(problem, run, trial, located_event)
             if (allocated(arrival%tries)) &
                & call request_mesh_at_event(problem, step, run, located_event, arrival%tries, outcome, request)
             if (request%remeshes()) return
-            call doubt_bifurcation(located_event)
+            call check_single_path(located_event)
             request%shorter = arrival%can_cut .and. .not. located_event%located
          end associate
       end subroutine settle_event

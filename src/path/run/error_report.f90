@@ -76,7 +76,7 @@ contains
          call point_errors(problem, run%mesh%enriched, point%state, point%system, holding_value(event%monitor, 0.0_wp), &
             & point%tangent, bars, places=.true., as_it_is=as_it_is)
       else if (event%meets) then
-         call bars_on_met_path()
+         call bars_on_crossing_path()
       else
          call new_zero(problem, event, point%state, point%system, zero)
          call errors_at_zero(bars)
@@ -106,7 +106,7 @@ contains
 
       !> Bars of a bifurcation at which the load of this path has an extremum. They are computed on the path that crosses there,
       !> along which an eigenvalue passes through zero.
-      subroutine bars_on_met_path()
+      subroutine bars_on_crossing_path()
          type(event_t) :: one
          one = event
          one%kind = event_bifurcation
@@ -114,7 +114,7 @@ contains
          call event_errors(problem, run%mesh%enriched, point%state, point%system, zero, tangent_without(problem, point%system, &
             & zero%modes), path_length(problem, run%last%state, trial%state), trial%state%load_factor - &
             & run%last%state%load_factor, bars, as_it_is)
-      end subroutine bars_on_met_path
+      end subroutine bars_on_crossing_path
 
       !> Bars of a detachment: a bifurcation of the reduced problem without force-free line contacts. There are no bars if free
       !> spans on a straight wall, which rotate without energy, make the null vector indistinguishable.

@@ -5,7 +5,7 @@ module increment_points
    use problem, only: problem_t
    use rod_state, only: state_t, is_stress_free
    use path_control, only: control_t, is_arc_length, metric, path_length, displacement_between
-   use path_continuity, only: chord_between, seen_from, between, part_at, alike, stands_still
+   use path_continuity, only: chord_between, transferred_field, between, part_at, alike, stands_still
    use corrector, only: increment_t, correct
    use path_point, only: path_point_t, advance, evaluate_tests
    use path_state, only: path_state_t, path_tangent_of
@@ -58,7 +58,7 @@ contains
                control%tangent_load = 0.0_wp
                ! The chord connects the positions of the same material points, the nodes of the trial: contact spans move nodes
                ! along their rods.
-               division%whole = metric(problem, seen_from(problem, trial%state, run%last%state, control%tangent), &
+               division%whole = metric(problem, transferred_field(problem, trial%state, run%last%state, control%tangent), &
                   & displacement_between(problem, run%last%state, trial%state))
                division%slopes = [metric(problem, control%tangent, run%last%tangent%u), metric(problem, control%tangent, ahead%u)]
             end if

@@ -20,7 +20,7 @@ module path_state
    private
    public :: path_state_t, recent_path_t, slopes_t, onset_t, since_change_t, point_on_mesh_t, mesh_history_t, arrived_t
    public :: copy_path_state
-   public :: path_tangent_of, keep_critical_point, leave_trail, turned_back, forget_mesh, rest_of_mesh, small_load
+   public :: path_tangent_of, keep_critical_point, append_recent_part, turned_back, forget_mesh, rest_of_mesh, small_load
 
    integer, parameter :: rest_of_mesh = 10 !! number of accepted points after a refinement during which no coarser mesh is tried
 
@@ -151,14 +151,14 @@ contains
 
    !> Adds the part of the path between the last accepted point and a new point to the stored recent path. At a contact change the
    !> path has a corner; the stored tangents are those of this part.
-   subroutine leave_trail(problem, run, point)
+   subroutine append_recent_part(problem, run, point)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
       type(path_point_t), intent(in) :: point    !! the new point; its tangent is that of the path before it
       if (.not. allocated(run%trail)) allocate (run%trail(0))
       run%trail = [recent_path_t(run%last%state, point%state, chord_between(problem, run%last%state, point%state), &
          & run%last%tangent, point%tangent), run%trail(:min(size(run%trail), trail_length - 1))]
-   end subroutine leave_trail
+   end subroutine append_recent_part
 
    !> Discards all data that refer to the nodes of the previous mesh.
    subroutine forget_mesh(run)

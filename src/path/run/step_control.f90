@@ -3,7 +3,7 @@ module step_control
    use kinds, only: wp
    use model, only: step_t, method_load, method_displacement, method_cylindrical
    use problem, only: problem_t, rounding_gap
-   use path_control, only: control_t, is_arc_length, held_within
+   use path_control, only: control_t, is_arc_length, constraint_tolerance
    use path_continuity, only: relation_t, largest_turn, stands_still
    use path_events, only: test_values_t
    use path_state, only: path_state_t, path_tangent_of
@@ -181,7 +181,7 @@ contains
          if (step%stop(i)%monitor > 0) value = now%monitor(step%stop(i)%monitor)
          if (step%stop(i)%monitor > 0) from = before%monitor(step%stop(i)%monitor)
          stop_met = stop_met .or. (abs(value - step%stop(i)%value) <= 1.0e-11_wp * abs(step%stop(i)%value) + &
-            & held_within(step) * abs(value - from) .and. (value > from .eqv. step%stop(i)%rising))
+            & constraint_tolerance(step) * abs(value - from) .and. (value > from .eqv. step%stop(i)%rising))
       end do
    end function stop_met
 end module step_control

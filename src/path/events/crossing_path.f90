@@ -2,7 +2,7 @@
 !> along its branch. Along the branch the vanishing eigenvalue touches zero there without changing its sign, so that points near the
 !> bifurcation are inaccurate. Along the other (symmetric) path the eigenvalue passes through zero, and all displacements have no
 !> component along the null vector.
-module met_path
+module crossing_path
    use kinds, only: wp
    use errors, only: error_t
    use problem, only: problem_t
@@ -17,7 +17,7 @@ module met_path
    use path_point, only: path_point_t, point_at
    implicit none
    private
-   public :: locate_on_met_path
+   public :: locate_on_crossing_path
 
    integer, parameter :: most = 6                !! largest number of interpolations
    real(wp), parameter :: spacing = epsilon(1.0_wp)**0.2_wp !! spacing of the samples over the whole displacement, see smooth_zero
@@ -26,7 +26,7 @@ contains
 
    !> Finds the bifurcation as the zero of the eigenvalue along the symmetric path, extrapolated from samples on the side of the
    !> bifurcation without a branch.
-   subroutine locate_on_met_path(problem, side, state, found)
+   subroutine locate_on_crossing_path(problem, side, state, found)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: side               !! 1 (or -1): the samples have larger (or smaller) loads than the branch
       type(state_t), intent(inout) :: state !! in: state between two points of the branch, with hardly any component along the null
@@ -73,5 +73,5 @@ contains
          here = point_at(problem, here%state)
       end do
       if (found) state = here%state
-   end subroutine locate_on_met_path
-end module met_path
+   end subroutine locate_on_crossing_path
+end module crossing_path
