@@ -313,8 +313,9 @@ contains
    function demand_of(problem, state, wanted, g) result(demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: wanted             !! number of elements
-      real(wp), intent(in) :: g(:)               !! (elements of the present mesh) share of each element in the number, sum 1
+      real(wp), intent(in) :: wanted             !! number of elements of the new mesh
+      real(wp), intent(in) :: g(:) !! (elements of the present mesh) part of the new elements that lies in each present element; sum
+      !! 1
       type(mesh_density_t) :: demand(size(problem%layout%rod_segment))
       integer :: k
       demand = present_demand(problem, state)

@@ -21,7 +21,7 @@ module lookup
       integer :: n = 0
       character(name_length), allocatable :: name(:) !! names in the spelling in which they were added; only the first n are in use
       logical :: incomplete = .false.                        !! true: names may be missing because their cards have errors
-      character(name_length), allocatable, private :: key(:) !! in capitals
+      character(name_length), allocatable, private :: key(:) !! the names in capitals
       integer, allocatable, private :: slot(:)
    contains
       procedure :: find => find_name

@@ -124,7 +124,7 @@ contains
 
    !> Names of parameters or fields, between bars.
    pure function names_of(items) result(string)
-      type(item_t), intent(in) :: items(:) !! at least one
+      type(item_t), intent(in) :: items(:) !! parameters or fields, at least one
       character(:), allocatable :: string
       integer :: i
       string = items(1)%name

@@ -251,7 +251,7 @@ contains
    !> Adds an error at a line of the deck.
    subroutine wrong_at_line(self, line, message)
       class(card_values_t), intent(inout) :: self
-      integer, intent(in) :: line            !! of the deck
+      integer, intent(in) :: line            !! number of the line in the deck
       character(*), intent(in) :: message    !! text of the message: one line
       call self%diagnostics%add(place_t(line, 1, max(1, line_end(self%source, line))), message)
    end subroutine wrong_at_line

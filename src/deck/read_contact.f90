@@ -19,7 +19,7 @@ contains
 
    !> Reads the candidates for contact with each obstacle.
    subroutine read_contact_cards(deck, model)
-      type(checked_deck_t), intent(inout) :: deck       !! with mesh and obstacles
+      type(checked_deck_t), intent(inout) :: deck       !! contains mesh and obstacles
       type(model_t), intent(inout) :: model             !! out: with contact added
       type(contact_t) :: contact
       integer :: touched(size(model%obstacle), model%mesh%n_nodes) ! (obstacles, nodes) line of the deck with the *CONTACT that

@@ -28,7 +28,7 @@ contains
    !> Reads all imperfections except buckling modes; assigns them to the curves and moves mesh%x.
    subroutine read_imperfection_cards(deck, model)
       type(checked_deck_t), intent(inout) :: deck       !! contains the mesh
-      type(model_t), intent(inout) :: model             !! out: with imperfection, curve%imperfection, mesh%x added
+      type(model_t), intent(inout) :: model             !! out: model%imperfection, curve%imperfection and mesh%x are set
       type(position_t), allocatable :: origin(:)          ! (imperfections) card of the imperfection
       type(chain_t) :: chain
       type(imperfection_t) :: shape
@@ -162,7 +162,7 @@ contains
 
    !> Reads the modes of all steps, and reports each *IMPERFECTION that is in the wrong part of the deck.
    subroutine read_mode_imperfection_cards(deck, model)
-      type(checked_deck_t), intent(inout) :: deck       !! with mesh and steps
+      type(checked_deck_t), intent(inout) :: deck       !! contains the mesh and the names of the steps
       type(model_t), intent(inout) :: model             !! in: contains all other imperfections; out: also step%mode_offset
       type(chain_t) :: chain
       integer :: s, from_step

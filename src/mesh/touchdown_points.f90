@@ -81,7 +81,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c              !! candidate
-      logical, intent(in) :: by_moment           !! as in touchdown_t
+      logical, intent(in) :: by_moment           !! true: the condition on the moment; false: the condition on the gap (touchdown_t)
       real(wp), intent(out) :: error, slope
       real(wp) :: extension
       error = 0.0_wp
