@@ -20,7 +20,8 @@ module limit_curves
    use second_parameter, only: present_value
    use limit_marks, only: renew_marks
    use limit_rigid, only: make_rigid
-   use limit_search, only: curve_trace_t, trial_t, set_follower_tangent, scale_rate, evaluate_rate, search, as_coordinate, as_value, &
+   use limit_search, only: curve_trace_t, trial_t, set_follower_tangent, scale_rate, evaluate_rate, search, as_coordinate, &
+      & as_value, &
       & small_drop
    use monitors, only: monitor_values
    use limit_mesh, only: bars_here, refine_limit_point

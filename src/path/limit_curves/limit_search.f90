@@ -14,7 +14,8 @@ module limit_search
    use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    implicit none
    private
-   public :: follower_t, curve_trace_t, copy_follower, trial_t, set_follower_tangent, scale_rate, evaluate_rate, search, as_coordinate
+   public :: follower_t, curve_trace_t, copy_follower, trial_t, set_follower_tangent, scale_rate, evaluate_rate, search, &
+      & as_coordinate
    public :: as_value, small_drop
 
    integer, parameter :: max_searches = 40 !! largest number of evaluations of the load rate h for one limit point; with values from
