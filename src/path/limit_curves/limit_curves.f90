@@ -21,8 +21,7 @@ module limit_curves
    use limit_marks, only: renew_marks
    use limit_rigid, only: make_rigid
    use limit_search, only: curve_trace_t, trial_t, set_follower_tangent, scale_rate, evaluate_rate, search, as_coordinate, &
-      & as_value, &
-      & small_drop
+      & as_value, small_drop
    use monitors, only: monitor_values
    use limit_mesh, only: bars_here, refine_limit_point
    use error_report, only: note_curve_bar
