@@ -10,6 +10,7 @@ module ground_events
    use ground_regions, only: smallest_ground_gap, inner_opening
    use ground_ends, only: root_orders, chain_roots
    use path_record, only: region_t
+   use contact_labels, only: contact_gained, contact_lost
    implicit none
    private
    public :: ground_event_t, find_ground_events, find_roots, ground_event_value, ground_event_place, ground_event_gap
@@ -48,8 +49,8 @@ contains
             ends = [-closed, 2.0_wp * closed]
          end if
          call match(a, b, reach, partner_a, partner_b)
-         call append_unmatched(contact, a, b, partner_b, reach, closed, ends, 'C+', 'C-', events)
-         call append_unmatched(contact, b, a, partner_a, reach, closed, ends, 'C-', 'C+', events)
+         call append_unmatched(contact, a, b, partner_b, reach, closed, ends, contact_gained, contact_lost, events)
+         call append_unmatched(contact, b, a, partner_a, reach, closed, ends, contact_lost, contact_gained, events)
       end do
    end subroutine find_ground_events
 

@@ -12,6 +12,7 @@ module path_events
    use gap_profile, only: smallest_gap
    use ground_regions, only: find_ground_regions, regions_on_moved_nodes
    use law_corners, only: law_corner_t, beyond_corner
+   use contact_labels, only: contact_gained, contact_lost, contact_words
    use ground_events, only: ground_event_t, find_ground_events, find_roots, ground_event_value
    use path_record, only: region_t
    implicit none
@@ -173,8 +174,7 @@ contains
             call find_roots(problem, from, to, event%ground)
             event%divided = found(k)%divided
             allocate (event%marked(problem%candidates%n), source=.false.)
-            if (found(k)%label == 'C-') event%note = merge('a contact region splits', 'contact lost           ', event%divided)
-            if (found(k)%label == 'C+') event%note = merge('two contact regions merge', 'contact gained           ', event%divided)
+            event%note = contact_words(event%label, event%divided)
             event%note = trim(event%note)
             event%gap_scale = max(abs(ground_event_value(problem, from, event%ground)), &
                & abs(ground_event_value(problem, to, event%ground)), tiny(1.0_wp))
@@ -236,16 +236,15 @@ contains
       logical, intent(in) :: earlier(:), later(:) !! (candidates) true: contact within the resolution of the mesh, at the earlier
       !! and the later state
       type(event_t), allocatable, intent(inout) :: events(:)
-      call compare(earlier, later, 'C-', 'contact lost', 'a contact region splits')
-      call compare(later, earlier, 'C+', 'contact gained', 'two contact regions merge')
+      call compare(earlier, later, contact_lost)
+      call compare(later, earlier, contact_gained)
 
    contains
 
       !> Appends the events of those regions of `there` that have no counterpart in `other`, or more than one.
-      subroutine compare(there, other, label, gone, divided)
+      subroutine compare(there, other, label)
          logical, intent(in) :: there(:), other(:)
          character(2), intent(in) :: label
-         character(*), intent(in) :: gone, divided
          logical, allocatable :: done(:), region(:), near(:), counted(:)
          type(event_t) :: event
          integer :: c, parts, k
@@ -264,15 +263,14 @@ contains
             end do
             if (parts == 1) cycle
             event = event_t(kind=event_contact, label=label)
-            event%note = gone
             event%marked = region
             if (parts > 1) then
-               event%note = divided
                event%marked = region .and. .not. other
                event%divided = .true.
                ! Two neighbouring regions that have only one end in common.
                if (.not. any(event%marked)) cycle
             end if
+            event%note = contact_words(label, event%divided)
             event%reaction_scale = max(sum(from%reaction, mask=event%marked), sum(to%reaction, mask=event%marked), &
                & tiny(1.0_wp))
             event%gap_scale = max(abs(smallest_gap(problem, from, event%marked)), &

@@ -23,6 +23,7 @@ module corner_turning
    use path_continuity, only: path_tangent_at
    use node_contact_functional, only: reaction_rate, gap_rate
    use bracketing, only: bracket_t, new_bracket, next_guess, take_value
+   use contact_labels, only: contact_label
    implicit none
    private
    public :: turn_corner
@@ -93,9 +94,7 @@ contains
       beyond = place
       beyond%active = active
       regions = size(find_regions(problem, beyond)) - size(find_regions(problem, place))
-      label = ''
-      if (regions > 0) label = 'C+'
-      if (regions < 0) label = 'C-'
+      label = contact_label(max(regions, 0), max(-regions, 0))
    end function corner_label
 
    !> Searches for a corner within one increment from a point. Several candidates may change together, for example by symmetry.

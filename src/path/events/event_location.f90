@@ -10,6 +10,7 @@ module event_location
    use path_continuity, only: between, lies_between, alike, largest_distance
    use increment_points, only: division_t, new_division, point_within, chord_fraction, part_of_increment
    use corrector, only: increment_t, correct
+   use contact_labels, only: contact_gained
    use path_events, only: event_t, event_value, note_of_corner, event_bifurcation, event_release, event_contact, event_limit, &
       & event_turning, event_value_reached, event_stop
    use located_events, only: located_event_t, note_balance
@@ -145,7 +146,7 @@ contains
       if (passed) return
       passed = event%kind == event_contact .and. event%ground%contact > 0
       if (.not. passed) return
-      there = merge(1.0_wp, -1.0_wp, event%label == 'C+')
+      there = merge(1.0_wp, -1.0_wp, event%label == contact_gained)
       passed = min(there * event%before, there * event%after) > 0.0_wp
    end function passed_by_mesh
 

@@ -15,6 +15,7 @@ module event_recording
    use path_point, only: path_point_t
    use path_state, only: path_state_t, keep_critical_point, append_recent_part
    use branch_closure, only: on_parent_path, check_closure
+   use contact_labels, only: contact_gained
    use path_events, only: event_t, event_stop, event_bifurcation, event_release, event_limit
    use located_events, only: located_event_t
    use event_order, only: same_place
@@ -151,7 +152,7 @@ contains
       real(wp) :: opening, least
       integer :: c, nearest
       touching = .false.
-      if (event%label /= 'C+' .or. event%ground%contact > 0) return
+      if (event%label /= contact_gained .or. event%ground%contact > 0) return
       if (any(event%marked .and. place%active)) return
       nearest = 0
       least = huge(least)

@@ -13,6 +13,7 @@ module path_acceptance
    use trial_request, only: request_t
    use path_state, only: path_state_t, arrived_t, keep_critical_point
    use step_control, only: stop_met
+   use contact_labels, only: contact_words
    use path_events, only: event_stop, event_bifurcation
    use branch_closure, only: check_closure
    use event_search, only: findings_t, find_events
@@ -273,8 +274,7 @@ contains
       type(error_bars_t), allocatable :: bars    ! not allocated if the contact change is only bracketed
       character(:), allocatable :: note
       integer :: i
-      note = trim(merge('contact gained', 'contact lost  ', arrival%label == 'C+'))
-      if (arrival%divides) note = 'a contact region splits'
+      note = contact_words(arrival%label, arrival%divides)
       if (allocated(findings%bars) .and. .not. arrival%bracketed) bars = findings%bars
       do i = 1, arrival%times
          call announce(problem, run, new_critical(arrival%label, note, bars), trial, .not. arrival%bracketed, recorder, &

@@ -20,11 +20,13 @@ module point_recording
    use path_record, only: recorder_t, point_t
    use run_accuracy, only: place_t
    use timing, only: count_up, count_largest, counter_points, counter_largest
+   use contact_labels, only: contact_gained, contact_lost
    implicit none
    private
    public :: record
 
-   character(2), parameter :: has_corner(3) = ['C+', 'C-', 'BP'] !! labels of points at which the path may have a corner
+   !> Labels of points at which the path may have a corner.
+   character(2), parameter :: has_corner(3) = [contact_gained, contact_lost, 'BP']
 
 contains
 
@@ -80,10 +82,10 @@ contains
          if (is_stress_free(state)) row%residual = 0.0_wp
          run%points = run%points + 1
          run%recorded_load = state%load_factor
-         if (allocated(run%onset%region) .and. label == 'C+') row%region = [row%region, run%onset%region]
+         if (allocated(run%onset%region) .and. label == contact_gained) row%region = [row%region, run%onset%region]
          if (allocated(row%bars) .and. allocated(row%region)) call assign_place_bars(row%bars, row%region)
          call check_point(problem, state, system, place_t(run%branch, problem%step, run%points, state%load_factor), &
-            & merge(run%onset%element, 0, label == 'C+'), row, outcome%accuracy, wrong)
+            & merge(run%onset%element, 0, label == contact_gained), row, outcome%accuracy, wrong)
          call note_load(problem%step, state%load_factor, outcome%accuracy)
       end associate
       call count_up(counter_points)

@@ -15,6 +15,7 @@ module error_report
    use force_free_contact, only: remove_force_free_lines
    use test_kinds, only: span_test_t, test_force
    use span_tests, only: run_span_tests
+   use contact_labels, only: is_contact_label
    use path_events, only: event_t, event_limit, event_bifurcation, event_contact, event_release
    use path_point, only: path_point_t
    use path_state, only: path_state_t
@@ -421,7 +422,7 @@ contains
          ! The table of critical points shows which points have no estimate on any mesh. Contact changes without a test function are
          ! not reported here, except on foundations.
          if (.not. (bars%too_coarse .or. (made .and. (any(label == ['LP', 'BP', 'EP']) .or. &
-            & (any(problem%ground%founded) .and. any(label == ['C+', 'C-'])))))) return
+            & (any(problem%ground%founded) .and. is_contact_label(label)))))) return
          accuracy%bar_words = 'whether the errors'//there//' are what was asked for is not known: '//bars%why
          return
       end if
