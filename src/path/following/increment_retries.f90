@@ -12,7 +12,7 @@ module increment_retries
    use path_record, only: recorder_t
    implicit none
    private
-   public :: retry_refined, retry_by_nodes, retry_shorter
+   public :: retry_refined, retry_by_nodes, shorten_increment
 
    real(wp), parameter :: sharper = 0.01_wp !! residual tolerance of the repetition over that of the failed trial; with 0.001 and
    !! with 0.1 one deck in input has other results
@@ -69,9 +69,13 @@ contains
       end function place
    end subroutine retry_by_nodes
 
-   !> Halves the increment.
-   pure subroutine retry_shorter(run)
+   !> Prepares a shorter increment from the last accepted point: half of the increment that failed, or another part of it.
+   pure subroutine shorten_increment(run, part)
       type(path_state_t), intent(inout) :: run
-      run%control%increment = 0.5_wp * run%control%increment
-   end subroutine retry_shorter
+      real(wp), intent(in), optional :: part !! part of the increment, 0 to 1; default: a half
+      real(wp) :: kept
+      kept = 0.5_wp
+      if (present(part)) kept = part
+      run%control%increment = kept * run%control%increment
+   end subroutine shorten_increment
 end module increment_retries

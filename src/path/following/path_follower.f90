@@ -18,7 +18,7 @@ module path_follower
    use increment_trials, only: try_increment
    use checkpoint, only: save_run
    use step_recovery, only: try_recovery
-   use increment_retries, only: retry_refined, retry_by_nodes, retry_shorter
+   use increment_retries, only: retry_refined, retry_by_nodes, shorten_increment
    use path_acceptance, only: arrival_t, accept
    use corner_limit, only: report_turned_load
    use path_outcome, only: outcome_t, must_end
@@ -87,7 +87,7 @@ contains
          here = run%last
          call pass_change(problem, step, run, here, .false., huge(1), recorder, attempt%request, attempt%finished, outcome)
          call note_change(attempt)
-         if (attempt%request%shorter) call retry_shorter(run)
+         if (attempt%request%shorter) call shorten_increment(run)
          if (attempt%changed) attempt%has_trial = .false.
       end subroutine catch_up
 
@@ -119,7 +119,7 @@ contains
          associate (request => attempt%request)
             if (allocated(request%no_set)) then
                no_set = request%no_set
-               if (request%shorter) call retry_shorter(run)
+               if (request%shorter) call shorten_increment(run)
                call retry_by_nodes(problem, step, run, attempt, recorder, outcome)
                if (.not. (attempt%changed .or. ended(attempt, outcome))) outcome%why = no_set
             else if (request%set_changed) then
@@ -127,7 +127,7 @@ contains
             else if (request%remeshes()) then
                call retry_refined(problem, run, attempt, .true.)
             else if (request%shorter) then
-               call retry_shorter(run)
+               call shorten_increment(run)
             else
                call go_to_next_increment(problem, step, attempt, run, outcome)
             end if

@@ -17,7 +17,7 @@ module step_recovery
    use span_changes, only: pass_change
    use span_mesh, only: step_back, ask_for_twice
    use attempt, only: attempt_t, note_change, ended
-   use increment_retries, only: retry_refined, retry_by_nodes, retry_shorter
+   use increment_retries, only: retry_refined, retry_by_nodes, shorten_increment
    use path_record, only: recorder_t
    use timing, only: count_up, counter_rejected, counter_cut
    use text, only: to_text
@@ -90,7 +90,7 @@ contains
             call note_change(attempt)
             done = request%set_changed .or. request%shorter .or. request%remeshes()
             if (done) attempt%cuts = 0
-            if (request%shorter) call retry_shorter(run)
+            if (request%shorter) call shorten_increment(run)
          end associate
       end subroutine go_past_change
 
@@ -145,10 +145,11 @@ contains
       !> Halves the increment, or shortens it to end just before a corner of the path at a foundation. If the increment becomes too
       !> short, another contact set is searched for; the run ends if none is found.
       subroutine cut_increment()
-         real(wp) :: part
-         part = 0.5_wp
-         if (attempt%off_path) part = part_before(problem, step, run, attempt%corner)
-         run%control%increment = part * run%control%increment
+         if (attempt%off_path) then
+            call shorten_increment(run, part_before(problem, step, run, attempt%corner))
+         else
+            call shorten_increment(run)
+         end if
          if (attempt%report%hopeless) then
             outcome%why = 'no first point: '//attempt%report%message
          else if (attempt%cuts > max_cuts .or. too_short(step, run, 1.0_wp)) then
