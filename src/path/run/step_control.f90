@@ -17,6 +17,8 @@ module step_control
    !! use
    real(wp), parameter :: least_part = 1.0e-6_wp !! smallest arc length over that of the first increment; with values from 1E-7 to
    !! 1E-5 every deck in input has the same results
+   real(wp), parameter :: least_load = 1.0e-9_wp !! smallest load increment of an arc-length step over the first one: a smaller one
+   !! changes the forces by less than the default tolerance of their residual
    real(wp), parameter :: growth = 2.0_wp, shrinkage = 0.25_wp !! largest and smallest ratio of consecutive increments
 
 contains
@@ -142,7 +144,7 @@ contains
       if (is_arc_length(control%method) .and. .not. step%smallest_given .and. control%load_scale > 0.0_wp) &
          & smallest = min(smallest, least_part * control%load_scale * abs(step%increment))
       ! The deck has no limit for the load increments at the start of an arc-length step.
-      if (is_arc_length(step%method) .and. .not. is_arc_length(control%method)) smallest = 1.0e-9_wp * abs(step%increment)
+      if (is_arc_length(step%method) .and. .not. is_arc_length(control%method)) smallest = least_load * abs(step%increment)
    end function smallest
 
    !> Shortens the next increment of load or displacement control so that it ends at the stop value.
