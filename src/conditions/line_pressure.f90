@@ -2,19 +2,16 @@
 module line_pressure
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, element_load, node_position
-   use track_nodes, only: excess_curvature, node_track, track_sense, rod_angle, bend_at, track_joints, find_joints
-   use ge_in_state, only: ge_end
+   use rod_state, only: state_t
+   use track_nodes, only: track_joints, find_joints
    use conforming_span, only: conforming_state_t, conforming_forces, density_samples, smooth_parts
-   use obstacle_track, only: track_t
-   use rod_load, only: ge_load_t, line_at
    use contact_spans, only: contact_span_t
    use lifted_node, only: holding_density
    use state_transfer, only: find_point
    use minimum_search, only: minimum_search_t
    implicit none
    private
-   public :: pressure_t, sample_line, least_pressure, virtual_pressure
+   public :: pressure_t, sample_line, least_pressure
 
    real(wp), parameter :: near = 1.0e-5_wp !! accuracy of the position of a least density, over the interval between the two samples
    !! beside the least sample
@@ -179,39 +176,4 @@ contains
          end do
       end subroutine compare_joints
    end subroutine least_pressure
-
-   !> Density that the obstacle's force would have if the rod followed the track at a point contact: r = m'' with m = EI (curvature
-   !> of the track minus stress-free curvature of the rod), plus the contributions of the normal force and of transverse loads. If
-   !> it is > 0 (pressing), the point contact can become a line contact.
-   real(wp) function virtual_pressure(problem, state, candidate, beside) result(density)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate
-      integer, intent(in), optional :: beside      !! side of a support (1 or 2), as in excess_curvature
-      type(ge_load_t) :: load
-      type(track_t) :: track
-      real(wp) :: angle, sense, stretch, excess, axial, force(2), moment, normal(2), bend(0:2), line(2), slope(2), pressure
-      integer :: e, end
-      e = maxval(problem%candidates%element(:, candidate))
-      if (present(beside)) e = problem%candidates%element(beside, candidate)
-      load = element_load(problem, state, e)
-      track = node_track(problem, state, candidate)
-      sense = track_sense(problem, state, candidate, track)
-      angle = rod_angle(problem, state, candidate)
-      normal = [-sin(angle), cos(angle)]
-      call excess_curvature(problem, state, candidate, excess, stretch, beside)
-      end = merge(1, 2, problem%model%mesh%node(1, e) == problem%candidates%node(candidate))
-      call ge_end(problem, state, e, end, force, moment)
-      axial = cos(angle) * force(1) + sin(angle) * force(2)
-      ! The Newton iteration leaves a residual of this size in the normal force. If the exact force is zero, the sign of this
-      ! residual must not decide between a line contact and two point contacts.
-      if (abs(axial) <= problem%model%step(problem%step)%tolerance * norm2(force)) axial = 0.0_wp
-      bend = bend_at(problem, state, e, end - 1.0_wp)
-      call line_at(problem%tableau(problem%model%mesh%stages(e)), load, end - 1.0_wp, line, slope)
-      pressure = load%pressure + dot_product(load%gradient, node_position(state, problem%candidates%node(candidate)) - &
-         & node_position(state, problem%model%mesh%node(1, e)))
-      density = (track%curvature_second * stretch**3 - sense * bend(2)) / &
-         & problem%compliance(e)%bending - (axial * track%curvature * stretch + sense * (dot_product(line, normal) + &
-         & pressure * stretch))
-   end function virtual_pressure
 end module line_pressure
