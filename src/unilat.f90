@@ -1,9 +1,9 @@
 !> unilat: equilibrium paths of planar rods with unilateral contact.
 !>
-!> deck -> model -> numbering -> path loop -> results and listing. Exit codes: 0 the path is complete; 1 the deck or the command
-!> line has errors (if the path has begun, the result file contains its points so far); 2 the path stopped early, and the result
-!> file contains its points so far; 3 internal error; 5 the system refuses files or memory; 6 ended by a signal or the time limit,
-!> and the result file contains the points so far.
+!> Data flow: deck -> model -> numbering -> path loop -> results and listing. Exit codes: 0: the path is complete; 1: the deck or
+!> the command line has errors (if the path has begun, the result file contains its points so far); 2: the path stopped early, and
+!> the result file contains its points so far; 3: internal error; 5: the system refuses files or memory; 6: the run was ended by a
+!> signal or the time limit, and the result file contains the points so far.
 program unilat
    use, intrinsic :: iso_fortran_env, only: input_unit, output_unit, error_unit
    use, intrinsic :: iso_c_binding, only: c_int
@@ -23,7 +23,7 @@ program unilat
    use printable_text, only: printable, printable_lines
    use deck_summary, only: write_deck_summary
    use load_sums, only: step_load_sums
-   use start_support, only: why_deck_unheld
+   use start_support, only: why_deck_unstable
    use blas_threads, only: use_one_thread, blas_threads_text
    use memory, only: can_be_had
    use run_end, only: watch_for_end, guard_exit, ends_by_itself, has_stack
@@ -45,18 +45,20 @@ program unilat
    implicit none
    integer, parameter :: exit_complete = 0, exit_deck_error = 1, exit_stopped = 2, exit_internal = 3, exit_refused = 5, &
       & exit_ended = 6
-   real(wp), parameter :: first_memory = 1.6e8_wp !! bytes: OpenBLAS allocates 128 MiB at once, and retries for ever if refused
-   integer, parameter :: stack = 4000000          !! bytes
+   real(wp), parameter :: first_memory = 1.6e8_wp !! memory needed at the start [bytes]: OpenBLAS allocates 128 MiB at once, and
+   !! retries for ever if this is refused
+   integer, parameter :: stack = 4000000          !! size of the stack that the program needs [bytes]
    type(command_line_t) :: options
    type(deck_source_t) :: source
    type(diagnostics_t) :: diagnostics
-   type(model_t) :: deck_model, first_model      !! first_model: that with which the path begins; with --from, of the former run
+   type(model_t) :: deck_model, first_model !! first_model: model with which the path begins; with option --from that of the former
+   !! run
    type(problem_t) :: path_problem
    type(run_recorder_t) :: recorder
    type(outcome_t) :: outcome
    type(error_t), allocatable :: error
-   character(:), allocatable :: result_file, status, checks, why_nodes, why_unheld
-   character(:), allocatable :: lost             !! reason why standard output cannot be written; empty: no failure
+   character(:), allocatable :: result_file, status, checks, why_nodes, why_unstable
+   character(:), allocatable :: lost             !! reason why standard output cannot be written; '': no failure
    integer :: draft
    type(restart_t) :: restart
    type(saved_run_t) :: saved
@@ -125,8 +127,8 @@ program unilat
       if (.not. options%quiet) call write_deck_summary(draft, deck_model, program_version, deck_words(), '', &
          & step_load_sums(deck_model))
       call put_draft(draft, lost)
-      why_unheld = why_deck_unheld(deck_model)
-      if (why_unheld /= '') call stop_with(exit_deck_error, source%name//': '//why_unheld)
+      why_unstable = why_deck_unstable(deck_model)
+      if (why_unstable /= '') call stop_with(exit_deck_error, source%name//': '//why_unstable)
       call end_after_output()
    end if
    result_file = name_of_results()
@@ -153,9 +155,9 @@ program unilat
 
    ! ---- the path ----
    call follow_deck()
-   ! If contact at the start never became contact spans, the deck is run again with contact at its own nodes. Results with contact
-   ! spans are kept.
-   if (begins_again()) then
+   ! If contact at the start never became contact spans, the deck is run again with contact at its own nodes. Results that have
+   ! contact spans are kept.
+   if (announce_restart()) then
       why_nodes = outcome%why
       deck_model%contact%along = .false.
       first_model%contact%along = .false.
@@ -217,7 +219,7 @@ contains
       end do
    end subroutine open_results
 
-   !> Exit code of an error that the deck has not caused.
+   !> Exit code for an error that is not caused by the deck.
    pure integer function code_of(error)
       type(error_t), intent(in) :: error
       code_of = merge(exit_refused, exit_internal, error%system)
@@ -238,13 +240,13 @@ contains
          & //result_file
    end subroutine finish_listing
 
-   !> Ends the program after an output other than the listing; exit code 5 if this output could not be written (`lost`).
+   !> Ends the program after an output other than the listing. The exit code is 5 if this output could not be written (see `lost`).
    subroutine end_after_output()
       if (lost /= '') call stop_with(exit_refused, 'the output cannot be written: '//lost)
       call end_program(exit_complete)
    end subroutine end_after_output
 
-   !> Ends the program if the run of the result file cannot be continued with the given deck.
+   !> Ends the program with a message if the run in the result file cannot be continued with the given deck.
    subroutine check_other_deck()
       type(deck_source_t) :: old
       type(model_t) :: old_model
@@ -262,7 +264,7 @@ contains
       if (options%from /= '') first_model = old_model
    end subroutine check_other_deck
 
-   !> Adds a failure: the run has ended, but not all requirements of the deck are satisfied.
+   !> Adds a failure to the status: the run has ended, but not all requirements of the deck are satisfied.
    subroutine note_failure(words)
       character(*), intent(in) :: words
       outcome%complete = .false.
@@ -273,8 +275,8 @@ contains
       end if
    end subroutine note_failure
 
-   !> Reports contacts that are at nodes although the deck did not request this: contact at nodes is another problem than contact
-   !> along the rod.
+   !> Reports contacts that act at nodes although the deck did not request this: contact at nodes is a different problem from
+   !> contact along the rod.
    subroutine note_contact_at_nodes()
       integer :: i
       do i = 1, size(deck_model%contact)
@@ -286,20 +288,20 @@ contains
       end do
    end subroutine note_contact_at_nodes
 
-   !> True if a path with contact at the start has failed without contact spans and must begin again with contact at the deck's
-   !> nodes; prints a message and closes the results.
-   logical function begins_again()
+   !> True if a path that starts in contact has failed before it had contact spans, and must begin again with contact at the deck's
+   !> nodes. Prints a message and closes the results.
+   logical function announce_restart()
       character(*), parameter :: how = 'with contact at the nodes of the deck'
-      begins_again = outcome%sampled .and. outcome%dead_end
-      if (.not. begins_again) return
+      announce_restart = outcome%sampled .and. outcome%dead_end
+      if (.not. announce_restart) return
       restart%kind = 0
       saved%kind = 0
       call results_close(recorder%results, 'begun again '//how, outcome%accuracy, error)
       if (.not. options%quiet) write (output_unit, '(/a)') 'Contact spans do not get on: '//outcome%why// &
          & '. The path begins again '//how//'.'
-   end function begins_again
+   end function announce_restart
 
-   !> Name of the deck with the parameters set on the command line.
+   !> Name of the deck, followed by the parameters set on the command line.
    function deck_words() result(words)
       character(:), allocatable :: words
       integer :: i
@@ -309,7 +311,7 @@ contains
       end do
    end function deck_words
 
-   !> Name of the result file: that of -o or of the restart, else the job's or the deck's name with the ending .h5.
+   !> Name of the result file: that of option -o or of the restart; else the name of the job or the deck with the ending .h5.
    function name_of_results() result(name)
       character(:), allocatable :: name
       integer :: slash, dot
@@ -360,7 +362,8 @@ contains
       call end_program(exit_deck_error)
    end subroutine end_with_errors
 
-   !> Ends with an error of the deck found during the path; it is printed like the errors found on reading.
+   !> Ends the program with an error in the deck that was found during the path. It is printed like errors found when the deck is
+   !> read.
    subroutine stop_at_line(line, message)
       integer, intent(in) :: line
       character(*), intent(in) :: message
@@ -376,7 +379,7 @@ contains
       call end_program(code)
    end subroutine stop_with
 
-   !> Ends the program. All exits use C's exit, because STOP would print its code and the floating-point flags.
+   !> Ends the program. All exits use exit of C, because STOP would print its code and the floating-point flags.
    subroutine end_program(code)
       integer, intent(in) :: code
       interface

@@ -210,11 +210,11 @@ contains
       values = 2.0_wp * values - 1.0_wp
    end function random_values
 
-   !> Every element cut in `parts`; nodes inside moved by up to `wander` of an element, to and fro.
-   function divided(layout, parts, wander) result(division)
+   !> Every element cut in `parts`; nodes inside moved by up to `transverse_distance` of an element, to and fro.
+   function divided(layout, parts, transverse_distance) result(division)
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: parts
-      real(wp), intent(in) :: wander
+      real(wp), intent(in) :: transverse_distance
       type(division_t) :: division(size(layout%rod_segment))
       real(wp) :: part
       integer :: j, i, n, k
@@ -227,7 +227,7 @@ contains
                part = real(i - parts * k, wp) / parts
                division(j)%at(i + 1) = at(k + 1) + part * (at(k + 2) - at(k + 1))
                if (i > 0 .and. i < n) division(j)%at(i + 1) = division(j)%at(i + 1) + &
-                  & wander * (at(k + 2) - at(k + 1)) / parts * merge(1.0_wp, -0.7_wp, modulo(i, 2) == 0)
+                  & transverse_distance * (at(k + 2) - at(k + 1)) / parts * merge(1.0_wp, -0.7_wp, modulo(i, 2) == 0)
             end do
             division(j)%at(n + 1) = layout%rod_segment(j)%length
          end associate

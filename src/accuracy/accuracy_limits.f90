@@ -1,4 +1,4 @@
-!> States at which the enriched problem (one more Gauss point) gives no error estimate.
+!> States at which the enriched problem (one more Gauss point in each element) gives no error estimate.
 module accuracy_limits
    use kinds, only: wp
    use problem, only: problem_t
@@ -15,14 +15,15 @@ contains
 
    !> Reason why no error can be estimated at a converged state, in words; '' if an estimate is possible.
    !>
-   !> Solutions without kinks inside elements converge with the order of the elements. Contact at nodes causes a kink at each of its
-   !> ends. An end of contact with a foundation, or a corner of the foundation's law, should be an interface point of the mesh; if
-   !> it cannot be one, its kink has an error estimate of its own (inner_kinks). The UL2 element has no enriched form.
+   !> Solutions without kinks inside elements converge with the order of the elements. Contact at nodes causes a kink at each end of
+   !> a contact. An end of contact with a foundation, or a corner of the foundation's law, should be an interface point of the mesh.
+   !> If it is not, the kink lies inside an element and has an error estimate of its own (inner_kinks). The UL2 element has no
+   !> enriched form.
    function why_no_bars(problem, state, as_it_is, smallest) result(why)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      logical, intent(in), optional :: as_it_is  !! true: the mesh will not be refined for these kinks
-      real(wp), intent(in), optional :: smallest !! at an end of foundation contact: accuracy to which the gap was located, see
+      logical, intent(in), optional :: as_it_is  !! true: the mesh is not refined because of these kinks
+      real(wp), intent(in), optional :: smallest !! smallest gap that location could resolve at an end of foundation contact, see
       !! element_cuts
       character(:), allocatable :: why
       real(wp) :: rounding

@@ -1,10 +1,10 @@
 !> Errors of the elements at a point of the path. They cause the errors of the reported numbers (loads, displacements, reactions):
-!> the error of a number is the work of the elements' errors on that number's dual displacements (path_duals).
+!> the error of a number is the work of the elements' errors on the dual displacements of the number (path_duals).
 !>
-!> Let the internal unknowns of the enriched element be eliminated about the collocation polynomial of the element. The relative
-!> displacement and the moment that result at its ends are errors of the element. Imposed on the element itself, both become
-!> out-of-balance forces on the nodes. (The end forces of the enriched element for that displacement are no substitute: at orders 2
-!> and 4 its axial stiffness differs.)
+!> The internal unknowns of the enriched element are eliminated, with the collocation polynomial of the original element as starting
+!> point. The relative displacement and the moment that remain at the element's ends are its errors. Imposed on the original
+!> element, both become out-of-balance forces on the nodes. (The end forces of the enriched element for the same displacement cannot
+!> be used: at orders 2 and 4 its axial stiffness differs.)
 module element_errors
    use kinds, only: wp
    use element_families, only: collocates
@@ -18,16 +18,16 @@ module element_errors
    private
    public :: element_errors_t, new_element_errors, element_duals
 
-   !> Factor on the root of the sum of squares in `rounding`. Over the runs of a prototype this root was 0.26 to 148 times the true
-   !> rounding error.
+   !> Factor on the root of the sum of squares in procedure `rounding`. In the runs of a prototype this root was 0.26 to 148 times
+   !> the true rounding error.
    real(wp), parameter :: rounding_factor = 4.0_wp
 
    !> Errors of all elements at one state, as sources of the errors of numbers.
    type :: element_errors_t
       real(wp), allocatable :: force(:, :)       !! (6, elements) out-of-balance forces of each element on its nodes, node axes
-      real(wp), allocatable :: kink(:)           !! (elements) moments of slope discontinuities inside, see inner_kinks
-      real(wp), allocatable :: moved(:, :)       !! (2, elements) size of displacements plus chord [length], size of the rotation
-      !! [rad]
+      real(wp), allocatable :: kink(:)           !! (elements) moments of slope discontinuities inside the elements, see inner_kinks
+      real(wp), allocatable :: moved(:, :) !! (2, elements) magnitude of displacements plus chord length [length]; magnitude of the
+      !! rotation [rad]
    contains
       procedure :: work, work_of_kinks, rounding, excess_on_mode
    end type element_errors_t
@@ -65,21 +65,21 @@ contains
       end do
    end function element_duals
 
-   !> Work of each element's out-of-balance forces on the dual displacements of its nodes: (elements).
+   !> Work of each element's out-of-balance forces on the dual displacements of its two nodes, (elements).
    pure function work(self, dual)
       class(element_errors_t), intent(in) :: self
-      real(wp), intent(in) :: dual(:, :)         !! (6, elements)
+      real(wp), intent(in) :: dual(:, :)         !! (6, elements) dual displacements of the nodes of each element
       real(wp) :: work(size(dual, 2))
       work = sum(dual * self%force, dim=1)
    end function work
 
-   !> Bound of the error due to slope discontinuities inside each element: their work on the dual moments there, which are at most
-   !> those at the element ends.
+   !> Bound of the error caused by slope discontinuities inside each element: the work of the discontinuities on the dual moments
+   !> there. The dual moments inside an element are at most those at its ends.
    pure function work_of_kinks(self, problem, system, dual) result(work)
       class(element_errors_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: dual(:, :)         !! (6, elements)
+      real(wp), intent(in) :: dual(:, :)         !! (6, elements) dual displacements of the nodes of each element
       real(wp) :: work(size(dual, 2))
       integer, parameter :: moments(2) = [3, 6]
       integer :: e
@@ -90,12 +90,12 @@ contains
       end do
    end function work_of_kinks
 
-   !> Estimated rounding error of a number: the rounding of displacements, chords and stress resultants of all elements, weighted
-   !> like their errors.
+   !> Estimated rounding error of a number: the rounding of the displacements, chords and stress resultants of all elements, with
+   !> the same weights as the errors of the elements.
    pure real(wp) function rounding(self, system, dual)
       class(element_errors_t), intent(in) :: self
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: dual(:, :)         !! (6, elements)
+      real(wp), intent(in) :: dual(:, :)         !! (6, elements) dual displacements of the nodes of each element
       real(wp) :: resultant(3)
       integer :: e
       rounding = 0.0_wp
@@ -107,13 +107,14 @@ contains
       rounding = rounding_factor * epsilon(rounding) * sqrt(rounding)
    end function rounding
 
-   !> Work of the out-of-balance forces on a null vector, minus its own error: the sum of the absolute contributions of the
-   !> elements, their rounding, and the rounding of the directions of the elements' forces. Zero if the error is larger.
+   !> Work of the out-of-balance forces on a null vector, reduced by the error of this work: the sum of the elements' absolute
+   !> contributions, their rounding, and the rounding of the directions of the elements' forces. Zero if the error is larger than
+   !> the work.
    real(wp) function excess_on_mode(self, problem, system, mode) result(excess)
       class(element_errors_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: mode(:)            !! (unknowns) node axes
+      real(wp), intent(in) :: mode(:)            !! (unknowns) null vector, node axes
       integer, parameter :: forces(4) = [1, 2, 4, 5], moments(2) = [3, 6]
       real(wp) :: free(size(mode)), dual(6, problem%model%mesh%n_elements), share(problem%model%mesh%n_elements), turned
       integer :: e
@@ -130,8 +131,8 @@ contains
       excess = max(excess, 0.0_wp)
    end function excess_on_mode
 
-   !> Out-of-balance forces of an element on its nodes, due to the enriched element; node axes. The mean of the results for both
-   !> ends does not depend on the direction of the element.
+   !> Out-of-balance forces of an element on its nodes, caused by the errors of the element; node axes. The mean of the results for
+   !> the two ends does not depend on the direction of the element.
    function unbalanced(problem, system, finer, e) result(force)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system, finer
@@ -148,10 +149,10 @@ contains
 
    contains
 
-      !> Out-of-balance forces from a displacement of one end with the other end fixed. The displacement gives the enriched element
-      !> the force difference at the fixed end.
+      !> Out-of-balance forces caused by a displacement of one end while the other end is fixed. The displacement gives the enriched
+      !> element the force difference at the fixed end.
       subroutine by_displacement(held, moved, forces, singular)
-         integer, intent(in) :: held, moved      !! numbers of rows before those of the fixed end and of the moved end
+         integer, intent(in) :: held, moved      !! offsets (0 or 3) of the entries of the fixed end and of the displaced end
          real(wp), intent(out) :: forces(6)
          logical, intent(out) :: singular
          real(wp) :: stiffness(3, 3), gap(1, 3), weight(3)

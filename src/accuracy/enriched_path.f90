@@ -1,4 +1,4 @@
-!> Points of the enriched problem's path next to a point of the problem's own path.
+!> Points on the path of the enriched problem, next to a point of the (original) problem's path.
 module enriched_path
    use kinds, only: wp
    use model, only: quantity_reaction, method_displacement
@@ -23,15 +23,15 @@ module enriched_path
    private
    public :: enriched_path_t, enriched_point_t, new_finer_path, start_point, next_point, values_beside
 
-   !> The path of the enriched problem next to a point of the problem's own path.
+   !> The path of the enriched problem next to a point of the original problem's path.
    type :: enriched_path_t
       type(problem_t), pointer :: problem => null() !! the enriched problem
-      type(state_t) :: base                      !! the point of the problem's own path, as a state of the enriched problem
-      type(control_t) :: control                 !! constraint of the points: its increment counts from the problem's own point
-      real(wp) :: away = 0.0_wp                  !! controlled displacement of the problem's own point minus that of `base`:
-      !! inside an element the polynomials have different orders
-      type(path_tangent_t) :: heading                 !! tangent of the problem's own path
-      integer, allocatable :: ends(:)            !! touchdown points whose positions are values, see place_functional
+      type(state_t) :: base                      !! the original problem's point, transferred to the enriched problem
+      type(control_t) :: control !! constraint of the points; its increment is measured from the original problem's point
+      real(wp) :: away = 0.0_wp !! controlled displacement of the original problem's point minus that of `base`. The two differ
+      !! inside elements, where the polynomials have different orders
+      type(path_tangent_t) :: heading                 !! path tangent of the original problem
+      integer, allocatable :: ends(:) !! candidates of the touchdown points whose positions are values, see place_functional
       real(wp), allocatable :: modes(:, :)       !! (unknowns, multiplicity) null vectors of bifurcations at the point; Newton
       !! steps, and tangents at limit points, have no component along them
       logical :: at_limit = .false.              !! true: the point is a limit point, and `modes` does not contain its null vector
@@ -42,30 +42,31 @@ module enriched_path
       type(state_t) :: state
       type(system_t), allocatable :: system      !! factored at the point
       type(path_tangent_t) :: heading            !! path tangent at the point
-      real(wp), allocatable :: value(:)          !! load factor, monitors, positions of touchdown points
+      real(wp), allocatable :: value(:)          !! load factor, monitors, and positions of touchdown points at the point
       logical :: ok = .false.                    !! false: Newton's method failed, and the other components are undefined
    end type enriched_point_t
 
    !> Newton steps to a point. The predictor is accurate to the mesh error, or is a tangent step over a small part of an increment.
-   !> The last step also removes rounding, to which displacements at limit points are sensitive.
+   !> The last Newton step also removes rounding, to which displacements at limit points are sensitive.
    integer, parameter :: steps = 2
 
-   real(wp), parameter :: left = 0.01_wp !! part of the first residual allowed to remain: it changes an estimate by a hundredth
-   real(wp), parameter :: straight = 1.0e-3_wp !! [rad] largest rotation of a step; the relative error of the step is up to ten
-   !! times this; no input deck changes from 1E-4 to 0.01
-   real(wp), parameter :: near = 1.0e-7_wp !! movement of touchdown points over the span; the relative change of a stiff rod's
-   !! thrust is 100 times larger
+   real(wp), parameter :: left = 0.01_wp !! part of the first residual that may remain; it changes an error estimate by a hundredth
+   real(wp), parameter :: straight = 1.0e-3_wp !! [rad] largest rotation in a Newton step that needs no second one; the relative
+   !! error of the step is up to ten times this rotation; with values from 1E-4 to 0.01 every deck in input has the same results
+   real(wp), parameter :: near = 1.0e-7_wp !! largest movement of touchdown points, over the length of the span, that needs no
+   !! second step; the thrust of a stiff rod changes by 100 times this value
 
 contains
 
-   !> Prepares the path of the enriched problem next to a converged point.
+   !> Prepares the path of the enriched problem next to a converged point of the original problem.
    subroutine new_finer_path(problem, finer, state, control, heading, ends, path)
       type(problem_t), intent(in) :: problem
-      type(enriched_problem_t), intent(inout), target :: finer !! the path points to this problem, and must not outlive the target
+      type(enriched_problem_t), intent(inout), target :: finer !! enriched problem; the path contains a pointer to it and must not
+      !! outlive it
       type(state_t), intent(in) :: state
-      type(control_t), intent(in) :: control     !! its tangent is set if its method needs one
+      type(control_t), intent(in) :: control     !! control; its tangent must be set if its method uses the tangent
       type(path_tangent_t), intent(in) :: heading     !! path tangent at `state`
-      integer, intent(in) :: ends(:)             !! touchdown points whose positions are values
+      integer, intent(in) :: ends(:)             !! candidates of the touchdown points whose positions are values
       type(enriched_path_t), intent(out) :: path
       call provide_finer_problem(problem, finer)
       path%problem => finer%problem
@@ -78,10 +79,11 @@ contains
       path%ends = ends
    end subroutine new_finer_path
 
-   !> Linearises the enriched problem at the problem's own point, the start of Newton's method.
+   !> Linearises the enriched problem at the original problem's point, from which Newton's method starts.
    subroutine start_point(path, finer, point)
       type(enriched_path_t), intent(in) :: path
-      type(enriched_problem_t), intent(inout) :: finer !! enriched problem of the path: its system storage is moved to the point
+      type(enriched_problem_t), intent(inout) :: finer !! enriched problem of the path; its storage for equations is moved to the
+      !! point
       type(enriched_point_t), intent(out) :: point
       point%state = path%base
       call move_alloc(finer%system, point%system)
@@ -91,10 +93,10 @@ contains
       point%ok = point%system%ok
    end subroutine start_point
 
-   !> Solves the enriched problem for the next point of the path, one increment of the control from `point`.
+   !> Solves the enriched problem for the next point of the path, at a distance of one increment from `point`.
    subroutine next_point(path, increment, point)
       type(enriched_path_t), intent(in) :: path
-      real(wp), intent(in) :: increment !! in the quantity of path%control, from `point`
+      real(wp), intent(in) :: increment !! change of the quantity controlled by path%control, from `point`
       type(enriched_point_t), intent(inout) :: point
       type(contact_step_t) :: step
       integer :: k
@@ -103,7 +105,7 @@ contains
             if (.not. point%ok) return
             call solve_step(path, increment, point, step)
             if (.not. point%ok) return
-            call go(path, step, point)
+            call add_step(path, step, point)
             call linearise(problem, point%state, point%state, point%system)
             call keep_couples(problem, point%system, point%state)
             point%ok = point%system%ok
@@ -115,13 +117,14 @@ contains
       end associate
    end subroutine next_point
 
-   !> Values at the control's point of the enriched problem with as few operations as possible; point%system is unusable afterwards.
+   !> Values at the point of the enriched problem that the control prescribes, with as few operations as possible; afterwards
+   !> point%system is undefined.
    !>
-   !> Only rotations of sections and movements of touchdown points make the equations nonlinear: the error of a Newton step is of
-   !> the second order in both. If both are small, no residual is computed after the step.
+   !> Only rotations of cross sections and movements of touchdown points make the equations nonlinear. The error of a Newton step is
+   !> of the second order in both. If both are small, no residual is computed after the step.
    subroutine values_beside(path, point)
       type(enriched_path_t), intent(in) :: path
-      type(enriched_point_t), intent(inout) :: point !! the start, from start_point
+      type(enriched_point_t), intent(inout) :: point !! in: start of Newton's method, from start_point; out: undefined
       type(contact_step_t) :: step
       type(state_t) :: ahead
       real(wp) :: first
@@ -139,7 +142,7 @@ contains
             return
          end if
          first = out_of_balance(problem, point%system)
-         call go(path, step, point)
+         call add_step(path, step, point)
          call assemble(problem, point%state, point%state, point%system)
          point%ok = point%system%ok
          if (.not. point%ok) return
@@ -147,7 +150,7 @@ contains
             call factor_system(point%system)
             call solve_step(path, 0.0_wp, point, step)
             if (.not. point%ok) return
-            call go(path, step, point)
+            call add_step(path, step, point)
             call assemble(problem, point%state, point%state, point%system)
             point%ok = point%system%ok
             if (.not. point%ok) return
@@ -165,21 +168,21 @@ contains
          & places_at(path%problem, point%state, path%ends)]
    end function values_at
 
-   !> True if the Newton step is so short that a second one would change almost nothing.
+   !> True if the Newton step is so short that a second step would hardly change the values.
    logical function is_short(problem, point, step, ahead)
       type(problem_t), intent(in) :: problem
       type(enriched_point_t), intent(in) :: point   !! start of the step
       type(contact_step_t), intent(in) :: step
-      type(state_t), intent(in) :: ahead         !! end of the step, without movement of touchdown points
+      type(state_t), intent(in) :: ahead         !! state at the end of the step, without the movement of touchdown points
       is_short = turns_little(problem, point%system, step)
       if (is_short .and. problem%has_spans()) is_short = touchdown_travel(problem, point%state, ahead) <= near
    end function is_short
 
-   !> True if the rotations of the step are small and no foundation acts. The contact of a foundation would make the equations
-   !> nonlinear, too.
+   !> True if the rotations in the step are small and no foundation acts. (Contact with a foundation also makes the equations
+   !> nonlinear.)
    pure logical function turns_little(problem, system, step) result(little)
       type(problem_t), intent(in) :: problem
-      type(system_t), intent(in) :: system       !! defines the node axes
+      type(system_t), intent(in) :: system       !! provides the axes of the nodes
       type(contact_step_t), intent(in) :: step
       real(wp) :: moved(3)
       integer :: node
@@ -210,7 +213,7 @@ contains
       end do
    end function support_changes
 
-   !> Solves one Newton step towards the point at the control's increment.
+   !> Solves one Newton step towards the point at the increment of the control.
    subroutine solve_step(path, increment, point, step)
       type(enriched_path_t), intent(in) :: path
       real(wp), intent(in) :: increment
@@ -237,12 +240,12 @@ contains
       end associate
    end subroutine solve_step
 
-   !> Directions along which solutions have arbitrary components, see null_directions. At a limit point the tangent is a null
-   !> vector, too, but the path constraint fixes the component along it.
+   !> Directions along which the components of solutions are arbitrary, see null_directions. At a limit point the tangent is a null
+   !> vector as well, but the path constraint determines the component along it.
    function directions_of(path, system) result(direction)
       type(enriched_path_t), intent(in) :: path
       type(system_t), intent(in) :: system       !! factored, with its constraint row
-      real(wp), allocatable :: direction(:, :)   !! (unknowns, multiplicity)
+      real(wp), allocatable :: direction(:, :)   !! (unknowns, multiplicity) directions, node axes
       real(wp) :: along
       integer :: k
       direction = new_null_directions(path%problem, system, path%modes)
@@ -254,8 +257,8 @@ contains
       end do
    end function directions_of
 
-   !> Adds a step to the state of the point; the system remains that of the start of the step.
-   subroutine go(path, step, point)
+   !> Adds a step to the state of the point; point%system remains assembled at the start of the step.
+   subroutine add_step(path, step, point)
       type(enriched_path_t), intent(in) :: path
       type(contact_step_t), intent(in) :: step
       type(enriched_point_t), intent(inout) :: point
@@ -266,9 +269,9 @@ contains
          point%state%reaction = step%reaction
          if (problem%moves_nodes()) call move_touchdown_points(problem, before, point%state)
       end associate
-   end subroutine go
+   end subroutine add_step
 
-   !> Norm of the residual of the free unknowns: of forces, and of moments divided by the structure's size.
+   !> Norm of the residual of the free unknowns; moments are divided by the size of the structure.
    pure real(wp) function out_of_balance(problem, system)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system

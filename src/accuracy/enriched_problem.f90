@@ -1,9 +1,9 @@
-!> The enriched problem: the same structure on the same nodes with one more Gauss point in every element, for error estimates.
+!> The enriched problem: the same structure on the same nodes with one more Gauss point in every element. It serves error estimates.
 !>
-!> The error of an element with s points is O(h^(2s)), with s + 1 points it is two orders smaller, so that the difference of both
-!> solutions estimates the error of the first. All parts that depend on the order of an element are enriched: foundations inside the
-!> element, the conforming element on its obstacle's track, touchdown points at its ends, and the rod profile for gaps and monitors
-!> between nodes.
+!> The error of an element with s Gauss points is O(h^(2s)); with s + 1 points it is two orders smaller. The difference between the
+!> two solutions therefore estimates the error of the first. All parts that depend on the order of an element are enriched:
+!> foundations inside the element, the conforming element on the track of its obstacle, touchdown points at its ends, and the rod
+!> profile, from which gaps and monitors between nodes are computed.
 module enriched_problem
    use kinds, only: wp
    use problem, only: problem_t, copy_problem
@@ -20,20 +20,21 @@ module enriched_problem
    private
    public :: enriched_problem_t, provide_finer_problem, new_finer_problem, new_finer_state
 
-   !> An enriched problem kept from point to point, because its construction costs as much as its solution.
+   !> An enriched problem, kept from point to point because its construction costs as much as its solution.
    type :: enriched_problem_t
-      type(problem_t), allocatable :: problem    !! not allocated: the problem has changed
-      type(geometry_t) :: geometry               !! geometry of its last state
-      type(system_t), allocatable :: system      !! storage of its equations while no point uses it
+      type(problem_t), allocatable :: problem    !! the enriched problem; not allocated: the original problem has changed
+      type(geometry_t) :: geometry               !! geometry at the last state of the enriched problem
+      type(system_t), allocatable :: system      !! storage for the equations of the enriched problem, while no point uses it
    contains
       procedure :: forget
    end type enriched_problem_t
 
 contains
 
-   !> Makes the enriched problem of a problem, unless it exists.
+   !> Makes the enriched problem of a problem, unless it exists already.
    subroutine provide_finer_problem(problem, finer)
-      type(problem_t), intent(in) :: problem     !! unchanged since the last call unless `forget` was called, except for its step
+      type(problem_t), intent(in) :: problem !! original problem; unchanged since the last call (except for its step), unless
+      !! `forget` was called
       type(enriched_problem_t), intent(inout) :: finer
       if (allocated(finer%problem)) then
          if (finer%problem%step == problem%step) return
@@ -43,7 +44,7 @@ contains
       call new_finer_problem(problem, finer%problem)
    end subroutine provide_finer_problem
 
-   !> Discards the enriched problem after a change of the problem.
+   !> Discards the enriched problem after a change of the original problem.
    subroutine forget(finer)
       class(enriched_problem_t), intent(inout) :: finer
       if (allocated(finer%problem)) deallocate (finer%problem)
@@ -66,7 +67,8 @@ contains
       associate (mesh => finer%model%mesh)
          do e = 1, mesh%n_elements
             if (.not. collocates(mesh%family(e))) cycle
-            ! The shear compliance of elements with one stage is not that of the section; the enriched element has the section's.
+            ! In elements with one stage (Gauss point) the shear compliance is not that of the section; the enriched element has the
+            ! section's.
             associate (section => finer%model%section(mesh%section(e)))
                if (mesh%stages(e) == 2) finer%compliance(e)%shear = 0.0_wp
                if (mesh%stages(e) == 2 .and. .not. section%shear_rigid) finer%compliance(e)%shear = 1.0_wp / section%ga
@@ -80,14 +82,15 @@ contains
       end associate
    end subroutine new_finer_problem
 
-   !> Transfers a state to the enriched problem: the displacements of the nodes, and the stress resultants by the collocation
-   !> polynomial. The residuals of the enriched elements are then the discretisation errors of the state.
+   !> Transfers a state to the enriched problem: the displacements at the nodes, and the stress resultants by the collocation
+   !> polynomials. The residuals of the enriched elements are then the discretisation errors of the state.
    subroutine new_finer_state(problem, state, finer, new, known)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged
       type(problem_t), intent(in) :: finer
       type(state_t), intent(out) :: new
-      type(geometry_t), intent(in), optional :: known !! geometry of another state of the enriched problem, for reuse
+      type(geometry_t), intent(in), optional :: known !! geometry of the enriched problem at another state, which saves its
+      !! computation
       class(rod_element_t), pointer :: rod
       type(geometry_t) :: none
       integer :: e

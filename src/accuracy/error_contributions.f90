@@ -1,13 +1,13 @@
 !> Contributions of the elements to the discretisation errors of numbers at one point of the path: the load factor, the monitors,
-!> the positions of touchdown points, and the gap that is zero at an event. All these numbers are functionals. By Betti's theorem
-!> the error of a number is the work of the elements' errors on the number's dual displacements.
+!> the positions of touchdown points, and the gap that is zero at an event. All these numbers are functionals of the state. By
+!> Betti's theorem the error of a number is the work of the elements' errors on the dual displacements of the number.
 module error_contributions
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
    use element_products, only: element_deformation
-   use path_control, only: control_t, held_by
+   use path_control, only: control_t, prescribed_functional
    use state_functional, only: functional_t, new_load_functional, inner_place_t, section_place_t
    use monitors, only: new_monitor_functional
    use place_functional, only: new_place_functional
@@ -26,23 +26,24 @@ module error_contributions
    type :: contributions_t
       real(wp), allocatable :: sum(:)            !! (rows) linear estimate of the error: exact minus computed
       real(wp), allocatable :: size(:)           !! (rows) sum of the absolute contributions
-      real(wp), allocatable :: rounding(:)       !! (rows) estimated effect of rounding of displacements and stress resultants
-      real(wp), allocatable :: inside(:) !! (rows) bound of the error from monitors inside elements and from slope discontinuities
-      !! inside elements, which enriched elements of any order do not show
-      real(wp), allocatable :: rest(:)           !! (rows) part of `sum` due to the residuals that Newton's method left
+      real(wp), allocatable :: rounding(:) !! (rows) estimated rounding error, from the rounding of displacements and stress
+      !! resultants
+      real(wp), allocatable :: inside(:) !! (rows) bound of two errors that enriched elements of any order do not show: of monitors
+      !! inside elements, and from slope discontinuities inside elements
+      real(wp), allocatable :: rest(:)           !! (rows) part of `sum` that comes from the residuals left by Newton's method
       real(wp), allocatable :: element(:, :)     !! (rows, elements) absolute contributions
-      logical, allocatable :: known(:)           !! (rows) false: no estimate for this number
-      real(wp) :: unfolding = 0.0_wp             !! force on the null vectors of a bifurcation, beyond the error of that force
+      logical, allocatable :: known(:)           !! (rows) true: there is an estimate for the number
+      real(wp) :: unfolding = 0.0_wp             !! force on the null vectors of a bifurcation, less the error of this force
    end type contributions_t
 
-   !> Change of a number by the enriched polynomials inside elements.
+   !> Change of a number if the elements' polynomials are replaced by the enriched ones.
    type :: inside_t
-      real(wp) :: change = 0.0_wp                !! number from the enriched polynomials minus the number
-      real(wp) :: most = 0.0_wp                  !! bound of that change
-      integer, allocatable :: element(:)         !! elements with the number's points inside; empty: none
+      real(wp) :: change = 0.0_wp                !! number computed from the enriched polynomials minus the number
+      real(wp) :: most = 0.0_wp                  !! bound of the change
+      integer, allocatable :: element(:)         !! elements that contain points on which the number depends; empty: none
    end type inside_t
 
-   integer, parameter :: samples = 7             !! points in an element at which two polynomials are compared
+   integer, parameter :: samples = 7             !! number of points in an element at which the two polynomials are compared
 
 contains
 
@@ -55,11 +56,12 @@ contains
       type(problem_t), intent(in) :: finer       !! the enriched problem
       type(state_t), intent(in) :: start         !! state of the enriched problem at the same point
       type(system_t), intent(in) :: at_start     !! system of the enriched problem, assembled at `start`
-      type(control_t), intent(in) :: control     !! constraint: the quantity that is prescribed
-      integer, intent(in) :: ends(:)             !! touchdown points whose positions are rows, see place_functional
+      type(control_t), intent(in) :: control     !! constraint of the path, which prescribes one quantity
+      integer, intent(in) :: ends(:) !! candidates of the touchdown points whose positions are rows, see place_functional
       real(wp), intent(in) :: modes(:, :)        !! (n, multiplicity) null vectors of a bifurcation, else none
       type(contributions_t), intent(out) :: shares
-      type(functional_t), allocatable, intent(in), optional :: gap !! gap of an event; not allocated: none
+      type(functional_t), allocatable, intent(in), optional :: gap !! functional of the gap that is zero at an event; not allocated:
+      !! no such gap
       type(functional_t), allocatable :: number(:)
       type(functional_t) :: held
       type(inside_t) :: inside, held_inside
@@ -71,7 +73,7 @@ contains
       shares = no_contributions(size(number), problem%model%mesh%n_elements)
       errors = new_element_errors(problem, state, system, at_start)
       shares%unfolding = norm2([(errors%excess_on_mode(problem, system, modes(:, m)), m=1, size(modes, 2))])
-      held = held_by(problem, control, state, system)
+      held = prescribed_functional(problem, control, state, system)
       allocate (dual(system%n, size(number)), by_held(size(number)))
       call solve_path_duals(problem, system, held, number, modes, dual, by_held, ok)
       if (.not. ok) return
@@ -79,8 +81,8 @@ contains
       do m = 1, size(number)
          if (.not. number(m)%estimated) cycle
          inside = enrichment_change(problem, state, number(m), finer, start, at_start)
-         ! A prescribed monitor has its value on the element's own polynomial. Between nodes the enriched polynomial has another
-         ! value there, and the correction of this difference changes all numbers.
+         ! A prescribed monitor has its value on the polynomial of the original element. Between nodes the enriched polynomial has a
+         ! different value; correcting this difference changes all numbers.
          call set_row(number(m), dual(:, m), inside%change - by_held(m) * held_inside%change, m)
          call add_inside(inside, 1.0_wp, m, shares)
          call add_inside(held_inside, abs(by_held(m)), m, shares)
@@ -110,7 +112,7 @@ contains
       subroutine set_row(number, dual, change, row)
          type(functional_t), intent(in) :: number
          real(wp), intent(in) :: dual(:)            ! (unknowns) dual displacements of the number
-         real(wp), intent(in) :: change             ! change by the enriched polynomials between nodes
+         real(wp), intent(in) :: change             ! change of the number by the enriched polynomials between nodes
          integer, intent(in) :: row
          real(wp), dimension(problem%model%mesh%n_elements) :: share, of_kinks
          real(wp) :: total(system%n), by_end(6, problem%model%mesh%n_elements), direct
@@ -126,9 +128,9 @@ contains
          share = errors%work(by_end)
          of_kinks = errors%work_of_kinks(problem, system, by_end)
          shares%known(row) = .true.
-         ! The residual that Newton's method left is not caused by an element.
+         ! The residual left by Newton's method is not an error of any element.
          shares%rest(row) = dot_product(total, merge(0.0_wp, system%residual, system%fixed))
-         ! For numbers with points inside elements `change` already contains the defect.
+         ! For numbers that depend on points inside elements, `change` already contains the defect of the elements.
          if (.not. (allocated(number%inner) .or. allocated(number%section))) shares%rest(row) = shares%rest(row) + number%defect
          shares%sum(row) = sum(share) + shares%rest(row) + change + direct
          shares%size(row) = sum(abs(share)) + abs(shares%rest(row) + change + direct)
@@ -138,7 +140,7 @@ contains
       end subroutine set_row
    end subroutine find_contributions
 
-   !> Contributions without any estimate: all rows are unknown.
+   !> Contributions if no estimate exists: all rows are unknown.
    pure type(contributions_t) function no_contributions(rows, elements) result(shares)
       integer, intent(in) :: rows, elements
       allocate (shares%sum(rows), shares%size(rows), shares%rounding(rows), shares%inside(rows), shares%rest(rows), &
@@ -146,10 +148,11 @@ contains
       allocate (shares%known(rows), source=.false.)
    end function no_contributions
 
-   !> Adds the error of a monitor inside its elements to their contributions, for a number that depends on the monitor.
+   !> For a number that depends on a monitor: adds the error of the monitor inside its elements to the contributions of these
+   !> elements.
    pure subroutine add_inside(inside, rate, row, shares)
       type(inside_t), intent(in) :: inside
-      real(wp), intent(in) :: rate               !! derivative of the number by the monitor, absolute value
+      real(wp), intent(in) :: rate               !! absolute value of the derivative of the number with respect to the monitor
       integer, intent(in) :: row
       type(contributions_t), intent(inout) :: shares
       integer :: i
@@ -180,14 +183,15 @@ contains
       end do
    end function eigenvalue_shares
 
-   !> Change of a number between nodes by enriched polynomials, at a state whose enriched elements have no internal residuals.
+   !> Change of a number between nodes by the enriched polynomials, at a state at which the enriched elements have no internal
+   !> residuals.
    function enrichment_change(problem, state, number, finer, start, at_start) result(inside)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(functional_t), intent(in) :: number
       type(problem_t), intent(in) :: finer       !! the enriched problem
       type(state_t), intent(in) :: start         !! the same point as a state of the enriched problem
-      type(system_t), intent(in) :: at_start     !! system of the enriched problem, assembled there
+      type(system_t), intent(in) :: at_start     !! system of the enriched problem, assembled at `start`
       type(inside_t) :: inside
       type(kept_t) :: own, enriched
       type(state_t) :: solved                    ! enriched state without internal residuals
@@ -200,7 +204,7 @@ contains
       do i = 1, size(number%inner)
          associate (place => number%inner(i))
             inside%change = inside%change + difference(place, place%tau)
-            ! At the position itself the two polynomials may be equal by chance.
+            ! At the place itself the two polynomials may agree by chance: their largest difference in the element is the bound.
             largest = maxval([(abs(difference(place, real(j, wp) / (samples + 1))), j=1, samples)])
             inside%most = inside%most + 4.0_wp * place%tau * (1.0_wp - place%tau) * largest
          end associate
@@ -209,7 +213,7 @@ contains
 
    contains
 
-      !> Change of sections in enriched elements with the same nodal displacements.
+      !> Change of section quantities in the enriched elements at the same nodal displacements.
       subroutine add_section_changes()
          real(wp) :: none(at_start%n)
          solved = start
@@ -233,7 +237,8 @@ contains
             & section_value(problem, state, place%element, tau, place%quantity, place%sense)
       end function section_change
 
-      !> Difference between the two polynomials at a position, summed with the weights of the point's displacements and rotation.
+      !> Difference between the two polynomials at a place in an element, summed with the weights of the place's displacements and
+      !> rotation.
       real(wp) function difference(place, tau)
          type(inner_place_t), intent(in) :: place
          real(wp), intent(in) :: tau             !! position in the element, 0 to 1

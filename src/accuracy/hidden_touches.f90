@@ -1,7 +1,7 @@
-!> Contact that may have begun undetected because the mesh is too coarse to give the gaps of free spans.
+!> Contact that may have begun undetected, because the mesh is too coarse to compute the gaps of free spans.
 !>
-!> The bars of the reported numbers need not show this: the force with which the ground carries a ring is the ring's weight on any
-!> mesh.
+!> The bars of the reported numbers need not show this. For example, the force with which the ground supports a ring is the weight
+!> of the ring on any mesh.
 module hidden_touches
    use kinds, only: wp
    use problem, only: problem_t
@@ -14,24 +14,24 @@ module hidden_touches
    private
    public :: may_touch
 
-   real(wp), parameter :: place(2) = [1.0_wp / 3.0_wp, 0.5_wp] !! of an element, where two polynomials are compared; the
-   !! difference of neighbouring orders may vanish at one of them
+   real(wp), parameter :: place(2) = [1.0_wp / 3.0_wp, 0.5_wp] !! places in an element, 0 to 1, at which the two polynomials are
+   !! compared; at one place the difference of neighbouring orders may vanish
 
 contains
 
-   !> True if a gap that is no larger than the motion of the structure differs from that of the enriched problem by more than the
-   !> part of this motion up to which differences of both problems show errors (resolved).
+   !> True if a gap that is not larger than the motion of the structure differs between the two problems by more than a certain part
+   !> of this motion (`resolved`), up to which such differences indicate errors.
    logical function may_touch(problem, state, scale, motion, finer, solved) result(may)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged
       real(wp), intent(in) :: scale              !! scale of forces
-      real(wp), intent(in) :: motion             !! largest displacement [length]
+      real(wp), intent(in) :: motion             !! largest displacement of a node [length]
       type(problem_t), intent(in) :: finer       !! the enriched problem
-      type(state_t), intent(in) :: solved        !! its state at the same point of the path
+      type(state_t), intent(in) :: solved        !! state of the enriched problem at the same point of the path
       type(span_test_t), allocatable :: gap(:), other(:)
       may = .false.
       if (.not. problem%has_spans()) return
-      ! Displacements cost much less than the least gaps.
+      ! The displacements are compared first, because they cost much less than the least gaps.
       if (position_error(problem, state, finer, solved) <= resolved * motion) return
       gap = run_span_tests(problem, state, scale, only=1)
       other = run_span_tests(finer, solved, scale, only=1)
@@ -39,7 +39,7 @@ contains
          & abs(other%value - gap%value) * problem%size > resolved * motion)
    end function may_touch
 
-   !> Largest difference of the displacements of both problems, at nodes and inside elements [length].
+   !> Largest difference between the displacements of the two problems, at nodes and inside elements [length].
    real(wp) function position_error(problem, state, finer, solved) result(error)
       type(problem_t), intent(in) :: problem, finer
       type(state_t), intent(in) :: state, solved

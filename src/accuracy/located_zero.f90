@@ -1,4 +1,4 @@
-!> Test function of a located event, evaluated at other points and for the enriched problem.
+!> Test function of a located event, evaluated at other points of the path and for the enriched problem.
 module located_zero
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp
@@ -14,7 +14,7 @@ module located_zero
    use contact_spans, only: shortest
    use ground_events, only: ground_event_place, ground_event_gap
    use ground_segments, only: gap_in_state
-   use element_gap, only: element_gap_t, gap_value, gap_look
+   use element_gap, only: element_gap_t, gap_value, gap_and_gradient
    use rod_profile, only: profile_error
    use state_functional, only: functional_t, new_functional
    use gap_functional, only: new_place_gap_functional
@@ -26,25 +26,26 @@ module located_zero
    private
    public :: as_zero, zero_t, new_zero, zero_value, left_of_zero, find_event_gap, between_nodes, located_gap, mode_rounding
 
-   !> A located event: an event of the path, or a test of contact spans.
+   !> A located event: an event of the path, or a test of contact spans that is zero.
    type :: zero_t
       type(event_t), allocatable :: event
       real(wp), allocatable :: modes(:, :)       !! (unknowns, multiplicity) bifurcation: null vectors, node axes
-      real(wp), allocatable :: coincident(:, :)  !! (unknowns, any number) limit point: null vectors of coincident bifurcations
-      integer :: test = 0                        !! number of the test in run_span_tests; 0: none
+      real(wp), allocatable :: coincident(:, :) !! (unknowns, any number) limit point: null vectors of bifurcations at the same
+      !! point
+      integer :: test = 0                        !! index of the test in run_span_tests; 0: the event is not a test of contact spans
    end type zero_t
 
-   real(wp), parameter :: as_zero = 1.0e-4_wp !! part of an eigenvalue's change over the increment below which it counts as zero;
-   !! no input deck changes from 1E-5 to 1E-3
+   real(wp), parameter :: as_zero = 1.0e-4_wp !! part of an eigenvalue's change over the increment below which the eigenvalue counts
+   !! as zero; with values from 1E-5 to 1E-3 every deck in input has the same results
 
 contains
 
-   !> Prepares the test function of an event for evaluation at other points: a bifurcation is identified by its null vectors.
+   !> Prepares the test function of an event for evaluation at other points. A bifurcation is identified by its null vectors.
    subroutine new_zero(problem, event, state, system, zero)
       type(problem_t), intent(in) :: problem
       type(event_t), intent(in) :: event
       type(state_t), intent(in) :: state         !! located state of the event
-      type(system_t), intent(in) :: system       !! factored there
+      type(system_t), intent(in) :: system       !! factored at `state`
       type(zero_t), intent(out) :: zero
       type(modes_t) :: modes
       type(error_t), allocatable :: error
@@ -60,24 +61,25 @@ contains
       if (event%kind == event_limit) then
          zero%coincident = without_work(system%load, modes%x(:, :n))
       else
-         ! Next to a singular tangent the mode is usable even if the iteration for it has not converged.
+         ! Next to a singular tangent the mode can be used even if the iteration for it has not converged.
          n = max(n, min(modes%n, 1))
          if (n > 0) zero%modes = modes%x(:, :n)
       end if
    end subroutine new_zero
 
-   !> Basis of the null vectors on which the load does no work. At a limit point they are null vectors of bifurcations: on the null
-   !> vector of the limit point itself the load works.
+   !> Basis of those combinations of null vectors on which the load does no work. At a limit point these are the null vectors of
+   !> bifurcations: the load does work on the null vector of the limit point itself.
    pure function without_work(load, modes) result(basis)
-      real(wp), intent(in) :: load(:)            !! (unknowns) node axes
+      real(wp), intent(in) :: load(:)            !! (unknowns) load vector, node axes
       real(wp), intent(in) :: modes(:, :)        !! (unknowns, any number) null vectors, orthonormal in the metric
-      real(wp), allocatable :: basis(:, :)       !! (unknowns, one less, or none), orthonormal
+      real(wp), allocatable :: basis(:, :)       !! (unknowns, one column less, or none) orthonormal
       real(wp) :: work(size(modes, 2)), mirror(size(modes, 2))
       integer :: k, n
       n = size(modes, 2)
       allocate (basis(size(modes, 1), max(0, n - 1)))
       if (n < 2) return
-      ! A reflection that takes the last coordinate vector to the direction of `work` takes the others to the basis (Householder).
+      ! The reflection that takes the last coordinate vector to the direction of `work` takes the other coordinate vectors to the
+      ! basis (Householder).
       work = matmul(load, modes)
       mirror = work / norm2([work, tiny(work)])
       mirror(n) = mirror(n) + sign(1.0_wp, mirror(n))
@@ -100,7 +102,8 @@ contains
          tests = run_span_tests(problem, state, max(system%force_scale, tiny(value)), zero%test)
          if (size(tests) < zero%test) return
          value = tests(zero%test)%value
-         ! The test is minus the size of the couple, because a couple of either sign lifts the contact. The couple itself is smooth.
+         ! The test of contact spans is minus the magnitude of the couple, because a couple of either sign lifts the contact. Here
+         ! the couple itself is used, which is smooth.
          if (tests(zero%test)%kind == test_couple) value = breakpoint_couple(problem, state, tests(zero%test)%candidate) / &
             & (max(system%force_scale, tiny(value)) * problem%size)
       else if (.not. allocated(zero%event)) then
@@ -112,8 +115,8 @@ contains
       end if
    end function zero_value
 
-   !> Value of the test function that remains at the located event. A line contact counts as closed at its shortest length, and so
-   !> does the span between a contact and a segment boundary; the value that remains is this length.
+   !> Value of the test function that remains at the located event. A line contact counts as vanished at its shortest length, as
+   !> does the span between a contact and a segment boundary; this length is the remaining value.
    real(wp) function left_of_zero(problem, zero, state, system) result(left)
       type(problem_t), intent(in) :: problem
       type(zero_t), intent(in) :: zero
@@ -130,38 +133,38 @@ contains
       end associate
    end function left_of_zero
 
-   !> Event function of the end of contact with a foundation, which is a gap, as a functional.
+   !> The gap that is the event function at an end of contact with a foundation, as a functional.
    subroutine find_event_gap(problem, zero, state, system, number)
       type(problem_t), intent(in) :: problem
       type(zero_t), intent(in) :: zero
       type(state_t), intent(in) :: state         !! located state of the event
-      type(system_t), intent(in) :: system       !! assembled there
-      type(functional_t), allocatable, intent(out) :: number !! not allocated for other events
+      type(system_t), intent(in) :: system       !! assembled at `state`
+      type(functional_t), allocatable, intent(out) :: number !! the gap; not allocated for other kinds of events
       real(wp) :: tau, factor, x(2), gap, normal(2), bend
       integer :: candidate
       if (.not. is_on_ground(zero)) return
       call ground_event_place(problem, state, zero%event%ground, candidate, tau, factor)
       if (candidate == 0) return
-      call gap_look(problem, gap_in_state(problem, state, candidate), tau, x, gap, normal, bend)
+      call gap_and_gradient(problem, gap_in_state(problem, state, candidate), tau, x, gap, normal, bend)
       number = new_functional(system%n)
       call number%add(factor / zero%event%gap_scale, new_place_gap_functional(problem, state, system, &
          & problem%ground%chain%contact(candidate), problem%ground%chain%element(2, candidate), tau, gap, normal))
    end subroutine find_event_gap
 
-   !> Difference of the event function between the enriched problem and the problem, without the part due to nodal values. Only
-   !> events of foundations have such a difference: their smallest gap lies inside an element and is only as accurate as the
+   !> Difference of the event function between the enriched problem and the original one, without the part caused by nodal values.
+   !> Only events of foundations have such a difference: their smallest gap lies inside an element and is only as accurate as the
    !> polynomial of the element.
    subroutine between_nodes(problem, zero, state, system, load_rate, finer, there, value, element, part, most, doubt)
       type(problem_t), intent(in) :: problem, finer
       type(zero_t), intent(in) :: zero
       type(state_t), intent(in) :: state         !! located state of the event
-      type(system_t), intent(in) :: system       !! factored there
-      real(wp), intent(in) :: load_rate          !! load rate of the path there
-      type(state_t), intent(in) :: there         !! state of the enriched problem where the prescribed quantity has the same value
+      type(system_t), intent(in) :: system       !! factored at `state`
+      real(wp), intent(in) :: load_rate          !! load rate of the path at `state`
+      type(state_t), intent(in) :: there         !! state of the enriched problem at the same value of the prescribed quantity
       real(wp), intent(in) :: value              !! event function on the enriched problem
       integer, intent(out) :: element            !! element that contains the smallest gap; 0: none
       real(wp), intent(out) :: part              !! the difference
-      real(wp), intent(out) :: most              !! bound of the difference at the distance of the smallest gap from the nodes
+      real(wp), intent(out) :: most              !! bound of the difference at the smallest gap's distance from the nodes
       real(wp), intent(out) :: doubt             !! interpolation error of both rod profiles at the smallest gap
       type(element_gap_t) :: gap(2)
       real(wp) :: tau, factor
@@ -185,13 +188,13 @@ contains
 
    contains
 
-      !> Linear interpolation of gap_change between both ends of the element.
+      !> Linear interpolation of gap_change between the two ends of the element.
       real(wp) function along(tau)
          real(wp), intent(in) :: tau
          along = (1.0_wp - tau) * gap_change(0.0_wp) + tau * gap_change(1.0_wp)
       end function along
 
-      !> Gap of the enriched problem minus gap of the problem.
+      !> Gap of the enriched problem minus gap of the original problem.
       real(wp) function gap_change(tau)
          real(wp), intent(in) :: tau
          gap_change = gap_value(finer, gap(2), tau) - gap_value(problem, gap(1), tau)
@@ -205,7 +208,7 @@ contains
       if (allocated(zero%event)) is_on_ground = zero%event%ground%contact > 0
    end function is_on_ground
 
-   !> Accuracy to which the gap was located at an end of foundation contact, beyond rounding; zero for other events.
+   !> Accuracy to which the gap at an end of foundation contact was located, without rounding; zero for other events.
    real(wp) function located_gap(problem, zero, state)
       type(problem_t), intent(in) :: problem
       type(zero_t), intent(in) :: zero
@@ -237,7 +240,7 @@ contains
          end if
       end if
       call lowest_modes(problem, state, system, most_null_vectors + 1, modes, error)
-      ! Eigenvalues are sorted by magnitude: the first with such a mode is the nearest to zero.
+      ! Eigenvalues are sorted by magnitude: the first one with such a mode is nearest to zero.
       do i = 1, modes%n
          if (sum([(likeness(problem, given(:, k), modes%x(:, i))**2, k=1, size(given, 2))]) < 0.5_wp) cycle
          value = modes%mu(i) - of_other_modes(problem, state, system, modes%x(:, i))
@@ -245,14 +248,14 @@ contains
       end do
    end function eigenvalue_of
 
-   !> Computes the mode next to a given one by inverse iteration, which converges at once if its eigenvalue is much nearer to zero
-   !> than all others, as at a bifurcation.
+   !> Computes the mode that is nearest to a given one by inverse iteration. The iteration converges at once if the eigenvalue of
+   !> this mode is much nearer to zero than all others, as at a bifurcation.
    subroutine iterate_mode(problem, given, system, mode, settled)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: given(:)           !! (unknowns) node axes
+      real(wp), intent(in) :: given(:)           !! (unknowns) given mode, node axes
       type(system_t), intent(in) :: system       !! factored
-      real(wp), intent(out) :: mode(:)           !! (unknowns) length 1 in the metric
-      logical, intent(out) :: settled            !! false: several modes have to be computed
+      real(wp), intent(out) :: mode(:)           !! (unknowns) computed mode, of length 1 in the metric
+      logical, intent(out) :: settled            !! false: the iteration has not converged, and several modes have to be computed
       integer, parameter :: most = 4
       real(wp) :: before(size(given)), length
       integer :: k
@@ -270,13 +273,13 @@ contains
       settled = settled .and. likeness(problem, given, mode)**2 >= 0.5_wp
    end subroutine iterate_mode
 
-   !> Rounding error of the eigenvalue of a mode: that of the element deformations from which the Rayleigh quotient is computed (see
-   !> tangent_modes), and the contribution of other modes that the iteration has left.
+   !> Rounding error of the eigenvalue of a mode: of the element deformations from which the Rayleigh quotient is computed (see
+   !> tangent_modes), plus the contribution of other modes that remain after the iteration.
    real(wp) function mode_rounding(problem, state, system, zero) result(rounding)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! factored at the state of the mode
-      type(zero_t), intent(in) :: zero           !! its first mode is the mode in question
+      type(zero_t), intent(in) :: zero           !! its first mode is the mode whose eigenvalue is meant
       real(wp) :: local(6)
       integer :: e
       rounding = 0.0_wp
@@ -293,7 +296,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! factored
-      real(wp), intent(in) :: mode(:)            !! (unknowns) node axes
+      real(wp), intent(in) :: mode(:)            !! (unknowns) iterated mode, node axes
       real(wp), dimension(size(mode)) :: held, weighted, left, answer
       real(wp) :: direction(size(mode), 1), given(2, system%rigidity%n), eigenvalue
       added = 0.0_wp

@@ -1,8 +1,9 @@
-!> Mesh requests from error bars: number and distribution of elements that satisfy a tolerance.
+!> Mesh requests from error bars: number and distribution of the elements that satisfy a tolerance.
 !>
-!> An element of s stages and length h contributes c h^(2s+1) to the error of a number. If g = contribution^(1/(2s+1)) is equal in
-!> all elements, the error of n elements is (sum of g)^(2s+1) / n^(2s), from which n follows. The result is exact if the mesh
-!> resolves the solution; if the bars show that it does not, the number of elements is doubled.
+!> An element of s stages (Gauss points) and length h contributes c h^(2s+1) to the error of a number. If g =
+!> contribution^(1/(2s+1)) is equal in all elements, the error of n elements is (sum of g)^(2s+1) / n^(2s); n follows from the
+!> tolerance. The result is exact if the mesh resolves the solution; if the bars show that it does not, the number of elements is
+!> doubled.
 module mesh_request
    use kinds, only: wp
    use model, only: monitor_t, quantity_displacement, quantity_section, section_moment
@@ -18,61 +19,65 @@ module mesh_request
    public :: refinement_t, request_mesh, coarser_mesh, motion_sizes, stays_within, value_sizes, rounding_of, excess, &
       & most_meshes
 
-   !> History of the meshes made for a point.
+   !> History of the meshes made for one point of the path.
    type :: refinement_t
-      real(wp) :: ratio = huge(1.0_wp)           !! error over tolerance at the last refinement that reduced it
-      integer :: elements = 0                    !! number of elements of that mesh
-      real(wp) :: ratio_before = huge(1.0_wp)    !! error over tolerance on the previous mesh, whether it helped or not
-      integer :: elements_before = 0             !! number of elements of that mesh
-      integer :: doublings = 0 !! number of times that the elements were doubled because no error could be estimated, at this and
-      !! at previous such points
-      type(mesh_density_t), allocatable :: demand(:)   !! (rod segments) mesh density before all of these meshes
+      real(wp) :: ratio = huge(1.0_wp)           !! error over tolerance at the last refinement that reduced the error
+      integer :: elements = 0                    !! number of elements of the mesh after this refinement
+      real(wp) :: ratio_before = huge(1.0_wp)    !! error over tolerance on the previous mesh, whether or not it reduced the error
+      integer :: elements_before = 0             !! number of elements of the previous mesh
+      integer :: doublings = 0 !! number of times that the elements were doubled because no error could be estimated, at this point
+      !! and at previous points without estimate
+      type(mesh_density_t), allocatable :: demand(:)   !! (rod segments) mesh density before any of these meshes was made
       logical :: in_vain = .false.               !! true: finer meshes do not reduce the error
    end type refinement_t
 
-   !> Largest number of meshes tried for one point: each has at most four times the elements of the previous one, or twice as many.
+   !> Largest number of meshes tried for one point. Each mesh has at most four times the elements of the previous one.
    integer, parameter :: most_meshes = 8
-   real(wp), parameter :: part_of_asked = 0.5_wp !! part of the tolerance for which a mesh is designed, because its error is only
-   !! predicted
-   real(wp), parameter :: part_of_iteration = 0.1_wp !! part of the tolerance that the iteration may use
-   !> Largest ratio of two estimated error contributions whose true values are equal, while a bar is valid.
+   real(wp), parameter :: part_of_asked = 0.5_wp !! part of the tolerance for which a mesh is designed; the rest allows for the
+   !! prediction of the error
+   real(wp), parameter :: part_of_iteration = 0.1_wp !! part of the tolerance that the remainder of the Newton iteration may use
+   !> Largest ratio of two estimated error contributions whose true values are equal, as long as a bar is valid.
    real(wp), parameter :: share_known = (1.0_wp + largest_unseen) / (1.0_wp - largest_unseen)
-   real(wp), parameter :: of_rest = 1.4_wp       !! factor of the iteration's remainder in a bar, see error_bar
+   real(wp), parameter :: of_rest = 1.4_wp       !! factor of the Newton iteration's remainder in a bar, see error_bar
    real(wp), parameter :: most_spared = 0.7_wp !! largest ratio of the new to the present number of elements for which coarsening is
    !! worthwhile
    integer, parameter :: most_cancelling = 4 !! number of meshes for a point after which a mesh that hardly reduces the error is the
-   !! last; until then errors of few elements may cancel
-   integer, parameter :: most_unbounded = 2      !! the same number of meshes if the bars are not bounded
-   integer, parameter :: most_unknown = 5        !! number of meshes without error estimates, for one point or several points in a
-   !! row, after which none is tried
-   !> Rounding error of a position over the structure's size: the largest value in runs of a prototype. Smaller errors of positions
+   !! last; on fewer meshes errors of few elements may have cancelled
+   integer, parameter :: most_unbounded = 2      !! the same number of meshes if the bars are unbounded
+   integer, parameter :: most_unknown = 5 !! number of meshes without error estimates, for one point or several points in a row,
+   !! after which no further mesh is tried
+   !> Rounding error of a position, over the structure's size: the largest value in runs of a prototype. Smaller errors of positions
    !> are not required.
    real(wp), parameter :: place_rounding = 3.0e-14_wp
-   !> Rounding error, over the structure's size, of a displacement that symmetry makes zero. On unstable parts of a path it is
+   !> Rounding error, over the structure's size, of a displacement that is zero by symmetry. On unstable parts of a path it is
    !> larger than that of positions, and it depends on the LAPACK library (1e-13 in the deep arch).
    real(wp), parameter :: idle_rounding = 10.0_wp * place_rounding
-   real(wp), parameter :: enough_progress = 0.7_wp !! largest ratio of errors that counts as progress, on a mesh finer by `least`
-   real(wp), parameter :: most = 4.0_wp !! largest factor on the number of elements at once; beyond it the predicted error is
+   real(wp), parameter :: enough_progress = 0.7_wp !! largest ratio of new to old error that counts as progress, on a mesh finer by
+   !! the factor `least`
+   real(wp), parameter :: most = 4.0_wp !! largest factor on the number of elements in one request; beyond it the predicted error is
    !! unreliable
-   real(wp), parameter :: least = 1.25_wp        !! smallest factor if a mesh of the computed number was not sufficient
+   real(wp), parameter :: least = 1.25_wp !! smallest factor on the number of elements, if a mesh with the predicted number was not
+   !! sufficient
 
 contains
 
-   !> Requests a finer mesh if bars are wider than allowed, or if contact may have changed undetected. Not allocated: the bars are
-   !> within tolerance, or no mesh of the program can narrow them (rounding, elements given by the deck, no estimate).
+   !> Requests a finer mesh if bars are wider than allowed, or if contact may have changed undetected. `demand` is not allocated if
+   !> the bars are within tolerance, or if no mesh of the program can narrow them (rounding, elements given by the deck, no
+   !> estimate).
    subroutine request_mesh(problem, state, bars, sizes, counted, asked, critical, tries, can_settle, last, unsettled, &
       & demand)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state         !! the point of the bars
+      type(state_t), intent(in) :: state         !! state at the point of the bars
       type(error_bars_t), intent(in) :: bars
-      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) reference values of the errors
-      integer, intent(in) :: counted(:)          !! monitors; 0: the load factor
-      real(wp), intent(in) :: asked              !! relative tolerance
-      logical, intent(in) :: critical            !! true: a critical point, where bars must be bounded and rounding counts
-      integer, intent(in) :: tries               !! insufficient requests for the same point so far
-      type(refinement_t), intent(inout) :: last  !! history of these requests
-      logical, intent(in) :: can_settle          !! true: the iteration can continue to a smaller residual
-      logical, intent(out) :: unsettled          !! true: the iteration's remainder exceeds its part and must be reduced first
+      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) values to which the errors are related
+      integer, intent(in) :: counted(:)          !! indices of the monitors to which the tolerance applies; 0: the load factor
+      real(wp), intent(in) :: asked              !! relative error that is allowed
+      logical, intent(in) :: critical            !! true: a critical point, at which bars must be bounded and rounding counts
+      integer, intent(in) :: tries               !! number of insufficient meshes requested for this point so far
+      type(refinement_t), intent(inout) :: last  !! history of the meshes requested for this point
+      logical, intent(in) :: can_settle          !! true: the Newton iteration can continue to a smaller residual
+      logical, intent(out) :: unsettled !! true: the iteration's remainder exceeds its part of the tolerance and must be reduced
+      !! before the mesh is changed
       type(mesh_density_t), allocatable, intent(out) :: demand(:) !! (rod segments) requested mesh density
       type(mesh_density_t) :: here(size(problem%layout%rod_segment))
       integer :: k
@@ -81,7 +86,7 @@ contains
       if (.not. any(bars%may_change .and. problem%layout%rod_segment(problem%rod_segment)%placed)) return
       last%in_vain = tries > most_unknown
       if (last%in_vain) return
-      ! Elements in which contact may have changed are halved.
+      ! Elements in which contact may have changed undetected are halved.
       here = present_demand(problem, state)
       if (.not. allocated(demand)) demand = here
       do k = 1, size(demand)
@@ -114,7 +119,7 @@ contains
             last%in_vain = .false.
          end if
          if (known .and. .not. allocated(bars%share)) then
-            ! If foundation contact ends inside an element, a node there helps; more elements do not.
+            ! If foundation contact ends inside an element, a node at the end reduces the error; more elements do not.
             cut = .false.
             rounding = gap_rounding(state)
             do k = 1, problem%ground%chain%n
@@ -135,7 +140,8 @@ contains
          end if
          if (known) then
             helps = ratio <= enough_progress * last%ratio
-            on_its_way = comes_there(ratio, now, last%ratio_before, last%elements_before, count(problem%layout%rod_segment%placed))
+            on_its_way = can_reach_tolerance(ratio, now, last%ratio_before, last%elements_before, &
+               & count(problem%layout%rod_segment%placed))
             if (tries > most_cancelling) helps = helps .and. on_its_way
             if (helps .or. tries == 0) then
                last%ratio = ratio
@@ -143,21 +149,21 @@ contains
                last%in_vain = .false.
             else if (tries > most_cancelling .or. (tries > merge(1, most_unbounded, bounded) .and. now >= 2 * last%elements .and. &
                & enough_progress * ratio > 1.0_wp .and. .not. on_its_way)) then
-               ! More elements do not reduce the error. But on coarse meshes errors may cancel, by symmetry on the first mesh or if
-               ! they are almost within tolerance, and a few more elements may give bounds. Refinement therefore ends only after
-               ! several meshes.
+               ! More elements do not reduce the error. But on coarse meshes errors may cancel, by symmetry on the first mesh or
+               ! where they are almost within tolerance, and a few more elements may give bounded bars. Refinement therefore ends
+               ! only after several meshes.
                last%in_vain = .true.
                return
             end if
             last%ratio_before = ratio
             last%elements_before = now
-            ! Contributions of elements given by the deck remain on any mesh.
+            ! Error contributions of elements given by the deck do not decrease on any mesh.
             if (2.0_wp * sum(indicator, mask=free) < sum(indicator)) return
             wanted = number_for(problem, free, whole, part_of_asked * asked)
             if (tries > 0 .or. .not. bounded) wanted = max(wanted, least * now)
-            ! On a coarse mesh the errors of elements may cancel by chance, and a slightly finer mesh then has larger errors; with
-            ! twice the elements this does not happen. (Doubling always would double the mesh at each point at which more elements
-            ! do not help.)
+            ! On a coarse mesh the errors of elements may cancel by chance, and a slightly finer mesh then has larger errors; on a
+            ! mesh with twice the elements this does not happen. (If the elements were always doubled, the mesh would also double at
+            ! each point at which more elements do not reduce the error.)
             if (.not. helps .and. tries > most_cancelling) wanted = max(wanted, 2.0_wp * last%elements)
             wanted = min(wanted, most * now)
             g = g / whole
@@ -168,7 +174,7 @@ contains
             wanted = 2.0_wp * now
          end if
          if (.not. (known .and. bounded)) then
-            ! Error contributions are unreliable: no element becomes longer.
+            ! The error contributions are unreliable: no element is made longer.
             g = merge(max(g / max(sum(g), tiny(g)), 1.0_wp / now), 0.0_wp, free)
             g = g / sum(g)
          end if
@@ -176,30 +182,30 @@ contains
       end subroutine mesh_for_bars
    end subroutine request_mesh
 
-   !> True if finer meshes can satisfy the tolerance: the error, extrapolated at the rate between two meshes, reaches the tolerance
-   !> before rounding dominates. Rounding grows as the fourth power of the number of elements of a rod. Slope discontinuities inside
-   !> elements make the rate low.
-   pure logical function comes_there(ratio, now, ratio_before, elements_before, segments)
-      real(wp), intent(in) :: ratio              !! error over tolerance
-      integer, intent(in) :: now                 !! number of elements
-      real(wp), intent(in) :: ratio_before       !! error over tolerance on a coarser mesh
+   !> True if finer meshes can satisfy the tolerance: the error, extrapolated with its rate between two meshes, reaches the
+   !> tolerance before rounding dominates. Rounding grows as the fourth power of the number of elements of a rod. Slope
+   !> discontinuities inside elements make the rate small.
+   pure logical function can_reach_tolerance(ratio, now, ratio_before, elements_before, segments)
+      real(wp), intent(in) :: ratio              !! error over tolerance on the present mesh
+      integer, intent(in) :: now                 !! number of elements of the present mesh
+      real(wp), intent(in) :: ratio_before       !! error over tolerance on a coarser mesh; elements_before: its number of elements
       integer, intent(in) :: elements_before
       integer, intent(in) :: segments
       real(wp) :: finer, left
       finer = log(real(now, wp) / max(elements_before, 1))
       left = log(segments * epsilon(ratio)**(-0.25_wp) / now)
-      comes_there = log(max(ratio, 1.0_wp)) * finer <= left * (log(ratio_before) - log(max(ratio, tiny(ratio))))
-   end function comes_there
+      can_reach_tolerance = log(max(ratio, 1.0_wp)) * finer <= left * (log(ratio_before) - log(max(ratio, tiny(ratio))))
+   end function can_reach_tolerance
 
-   !> Requests a coarser mesh if bars are narrower than necessary. Not allocated: the mesh would have hardly fewer elements, or
-   !> their number is unknown.
+   !> Requests a coarser mesh if bars are narrower than necessary. `demand` is not allocated if the mesh would have hardly fewer
+   !> elements, or if the number of elements is unknown.
    subroutine coarser_mesh(problem, state, bars, sizes, counted, asked, demand)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state         !! the point of the bars
+      type(state_t), intent(in) :: state         !! state at the point of the bars
       type(error_bars_t), intent(in) :: bars
-      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) reference values of the errors
-      integer, intent(in) :: counted(:)          !! monitors; 0: the load factor
-      real(wp), intent(in) :: asked              !! relative tolerance
+      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) values to which the errors are related
+      integer, intent(in) :: counted(:)          !! indices of the monitors to which the tolerance applies; 0: the load factor
+      real(wp), intent(in) :: asked              !! relative error that is allowed
       type(mesh_density_t), allocatable, intent(out) :: demand(:) !! (rod segments) sufficient mesh density
       real(wp) :: indicator(problem%model%mesh%n_elements), g(problem%model%mesh%n_elements), whole, wanted, ratio
       logical :: free(problem%model%mesh%n_elements), known, bounded, unsettled
@@ -215,20 +221,24 @@ contains
       demand = demand_of(problem, state, wanted, g / whole)
    end subroutine coarser_mesh
 
-   !> Error contributions of the elements in proportion to the error bars: for each element the largest over all numbers that count.
+   !> Error contribution of each element in proportion to the error bars: the largest over all numbers to which the tolerance
+   !> applies.
    subroutine indicate(bars, sizes, counted, asked, critical, bounds, can_settle, indicator, ratio, known, bounded, unsettled)
       type(error_bars_t), intent(in) :: bars
-      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) reference values of the errors
-      integer, intent(in) :: counted(:)          !! monitors; 0: the load factor
-      real(wp), intent(in) :: asked              !! relative tolerance
-      logical, intent(in) :: critical            !! true: rounding counts; false: it does not, at points between critical points
+      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) values to which the errors are related
+      integer, intent(in) :: counted(:)          !! indices of the monitors to which the tolerance applies; 0: the load factor
+      real(wp), intent(in) :: asked              !! relative error that is allowed
+      logical, intent(in) :: critical !! true: a critical point, whose rounding counts; false: a point between critical points,
+      !! whose rounding does not count
       logical, intent(in) :: bounds              !! true: bars must be bounded
-      logical, intent(in) :: can_settle          !! true: the iteration can continue to a smaller residual
-      real(wp), intent(out) :: indicator(:)      !! (elements) contributions, relative to the error allowed to the mesh
-      real(wp), intent(out) :: ratio !! largest ratio of the mesh's part of a bar to the tolerance left by rounding and iteration
+      logical, intent(in) :: can_settle          !! true: the Newton iteration can continue to a smaller residual
+      real(wp), intent(out) :: indicator(:)      !! (elements) contributions, over the error that the mesh may cause
+      real(wp), intent(out) :: ratio !! largest ratio of the mesh's part of a bar to the part of the tolerance that rounding and
+      !! iteration leave
       logical, intent(out) :: known              !! true: the bars are meaningful
-      logical, intent(out) :: bounded            !! true: all bars that count are bounded
-      logical, intent(out) :: unsettled          !! true: the iteration's remainder exceeds its part and must be reduced first
+      logical, intent(out) :: bounded            !! true: all bars to which the tolerance applies are bounded
+      logical, intent(out) :: unsettled !! true: the iteration's remainder exceeds its part of the tolerance and must be reduced
+      !! before the mesh is changed
       integer :: k
       indicator = 0.0_wp
       ratio = 0.0_wp
@@ -239,12 +249,12 @@ contains
       do k = 1, size(counted)
          call add(bar_of(bars, counted(k)), 1 + counted(k))
       end do
-      ! The position of a touchdown point needs a bounded bar only, of any width.
+      ! The position of a touchdown point needs a bounded bar, of any width.
       if (any(counted == 0) .and. allocated(bars%place)) bounded = bounded .and. .not. any(lacks_bound(bars%place%bar, asked))
 
    contains
 
-      !> Includes one number: its contributions in proportion to its bar.
+      !> Includes one number: the contributions of the elements in proportion to the number's bar.
       subroutine add(number, row)
          type(error_bar_t), intent(in) :: number
          integer, intent(in) :: row
@@ -257,10 +267,10 @@ contains
          if (critical) left = left + number%rounding
          if (.not. critical .and. is_rounding(number)) return
          if (.not. of_mesh > 0.0_wp) return
-         ! If rounding alone exceeds the tolerance, the mesh is made as accurate as rounding allows; the end of the run reports the
-         ! rounding.
+         ! If rounding alone exceeds the tolerance, the mesh is made as accurate as rounding allows; the end of the run reports that
+         ! rounding is too large.
          allowed = max(allowed - left, left)
-         ! The remainder of the iteration is not caused by an element.
+         ! The remainder of the Newton iteration is not an error of any element.
          if (of_mesh > allowed) unsettled = unsettled .or. (can_settle .and. abs(bars%rest(row)) > max(sum(bars%share(row, :)), &
             & number%rounding))
          if (of_mesh > allowed .or. bounds) bounded = bounded .and. number%bounded
@@ -270,40 +280,42 @@ contains
       end subroutine add
    end subroutine indicate
 
-   !> True for a bar that is mainly rounding. Such bars, for example at the first point of a path, do not count between critical
-   !> points.
+   !> True for a bar that consists mainly of rounding. Such bars, for example at the first point of a path, do not count between
+   !> critical points.
    elemental logical function is_rounding(number)
       type(error_bar_t), intent(in) :: number
       is_rounding = 2.0_wp * number%rounding > number%bar
    end function is_rounding
 
-   !> g = contribution^(1/(2s + 1)) of the elements with free nodes; equal for all elements of an optimal mesh.
+   !> (elements) g = contribution^(1/(2s + 1)) of elements whose nodes the program places; equal for all elements of an optimal
+   !> mesh.
    pure function elements_share(problem, free, indicator) result(g)
       type(problem_t), intent(in) :: problem
-      logical, intent(in) :: free(:)             !! (elements) true: the program places the nodes
-      real(wp), intent(in) :: indicator(:)       !! (elements)
+      logical, intent(in) :: free(:)             !! (elements) true: the program places the nodes of the element
+      real(wp), intent(in) :: indicator(:)       !! (elements) error contributions
       real(wp) :: g(size(indicator))
       g = 0.0_wp
       where (free .and. indicator > 0.0_wp) g = indicator**(1.0_wp / (2 * problem%model%mesh%stages + 1))
    end function elements_share
 
-   !> Number of elements that satisfies a prescribed error, if all elements contribute equally.
+   !> Number of elements with a prescribed error, if all elements contribute equally.
    pure real(wp) function number_for(problem, free, whole, error) result(n)
       type(problem_t), intent(in) :: problem
       logical, intent(in) :: free(:)
-      real(wp), intent(in) :: whole              !! sum of elements_share
-      real(wp), intent(in) :: error              !! relative error
+      real(wp), intent(in) :: whole              !! sum of elements_share over all elements
+      real(wp), intent(in) :: error              !! prescribed relative error
       integer :: s
       s = minval(problem%model%mesh%stages, mask=free)
       n = exp(((2 * s + 1) * log(whole) - log(error)) / (2 * s))
    end function number_for
 
-   !> Mesh density with a given number of elements, distributed in proportion to g over the present mesh.
+   !> Mesh density of a given number of elements, distributed over the present mesh in proportion to g.
    function demand_of(problem, state, wanted, g) result(demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: wanted             !! elements
-      real(wp), intent(in) :: g(:)               !! (elements of the present mesh) parts of the number, sum 1
+      real(wp), intent(in) :: wanted             !! number of elements of the new mesh
+      real(wp), intent(in) :: g(:) !! (elements of the present mesh) part of the new elements that lies in each present element; sum
+      !! 1
       type(mesh_density_t) :: demand(size(problem%layout%rod_segment))
       integer :: k
       demand = present_demand(problem, state)
@@ -314,7 +326,7 @@ contains
       demand = laid_out(problem, state, demand)
    end function demand_of
 
-   !> Symmetric and smooth mesh density, from which the mesh is made.
+   !> Mesh density made symmetric and smooth; meshes are made from such a density.
    function laid_out(problem, state, wanted) result(demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -331,8 +343,8 @@ contains
       end do
    end function laid_out
 
-   !> True if the deformation is symmetric or antisymmetric: elements at equal distances from both ends of the chain of segments
-   !> rotate by the same amount, of either sign, within the tolerance.
+   !> True if the deformation is symmetric or antisymmetric: elements at equal distances from the two ends of the chain of rod
+   !> segments rotate by the same amount, of either sign, within the tolerance.
    pure logical function bent_alike(problem, state) result(alike)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -350,13 +362,13 @@ contains
       end do
    end function bent_alike
 
-   !> Largest displacement and rotation of a state.
+   !> Largest displacement [length] and largest rotation [rad] of a state.
    pure function motion_sizes(problem, state) result(sizes)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       real(wp) :: sizes(2)
       sizes = [maxval(norm2(state%u(1:2, :), 1)), maxval(abs(state%u(3, :)))]
-      ! A rod that only shortens has no rotation: its displacement over the structure's size is used instead.
+      ! A rod that only shortens has no rotation. Its displacement over the structure's size is used instead.
       sizes(2) = max(sizes(2), sizes(1) / problem%size)
    end function motion_sizes
 
@@ -364,20 +376,20 @@ contains
    pure logical function stays_within(problem, from, to, motion) result(within)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
-      real(wp), intent(in) :: motion(2)          !! largest displacement and rotation so far
+      real(wp), intent(in) :: motion(2)          !! largest displacement [length] and rotation [rad] so far
       type(state_t) :: change
       change = to
       change%u = to%u - from%u
       within = all(motion_sizes(problem, change) <= max(motion, motion_sizes(problem, from)))
    end function stays_within
 
-   !> Reference values of the errors of load factor and monitors: the largest value of each kind.
+   !> Values to which the errors of load factor and monitors are related: the largest value of each kind so far.
    pure function value_sizes(problem, force_scale, load, motion, asked) result(sizes)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: force_scale        !! scale of forces at the point, see system_t
-      real(wp), intent(in) :: load               !! largest load factor
-      real(wp), intent(in) :: motion(2)          !! largest displacement and rotation
-      real(wp), intent(in) :: asked              !! relative tolerance
+      real(wp), intent(in) :: load               !! largest load factor so far
+      real(wp), intent(in) :: motion(2)          !! largest displacement [length] and rotation [rad] so far
+      real(wp), intent(in) :: asked              !! relative error that is allowed
       real(wp) :: sizes(1 + size(problem%deck%monitor))
       integer :: m
       sizes(1) = load
@@ -387,8 +399,8 @@ contains
                sizes(1 + m) = max(motion(merge(2, 1, monitor%component == 3)), place_rounding / asked * &
                   & merge(1.0_wp, problem%size, monitor%component == 3))
             else if (monitor%quantity == quantity_section .and. (monitor%where .or. monitor%component > section_moment)) then
-               ! The scale of strains and stresses is proportional to that of the loads; the scale of a position is the structure's
-               ! size.
+               ! The reference of strains and stresses is proportional to that of the loads; the reference of a position is the
+               ! structure's size.
                sizes(1 + m) = merge(problem%size, section_scale(problem, force_scale, monitor), monitor%where)
             else
                sizes(1 + m) = max(force_scale, problem%force_floor / asked) * &
@@ -399,7 +411,8 @@ contains
       end do
    end function value_sizes
 
-   !> Scale of a strain or stress: that of the bending moment `force_scale` times the size in the stiffest section observed.
+   !> Reference value of a strain or stress: its value under the bending moment `force_scale` times the structure's size, in the
+   !> stiffest observed section.
    pure real(wp) function section_scale(problem, force_scale, monitor) result(scale)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: force_scale
@@ -425,16 +438,16 @@ contains
       end associate
    end function rounding_of
 
-   !> Largest ratio of a bar to the tolerance, and the number that has it: 0 for the load factor, else a monitor.
+   !> Largest ratio of a bar to the tolerance, and the number that has this ratio.
    subroutine excess(bars, sizes, counted, asked, critical, in_results, ratio, which)
       type(error_bars_t), intent(in) :: bars
-      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) reference values
-      integer, intent(in) :: counted(:)          !! monitors; 0: the load factor
-      real(wp), intent(in) :: asked              !! relative tolerance
-      logical, intent(in) :: critical            !! true: rounding counts
-      logical, intent(in) :: in_results          !! true: bars are in the results, where an unbounded bar exceeds every tolerance
+      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) values to which the errors are related
+      integer, intent(in) :: counted(:)          !! indices of the monitors to which the tolerance applies; 0: the load factor
+      real(wp), intent(in) :: asked              !! relative error that is allowed
+      logical, intent(in) :: critical            !! true: rounding counts as error
+      logical, intent(in) :: in_results !! true: the bars are written to the results, where an unbounded bar exceeds every tolerance
       real(wp), intent(out) :: ratio             !! largest ratio
-      integer, intent(out) :: which              !! number with this ratio: 0 the load factor, else a monitor
+      integer, intent(out) :: which              !! number with the largest ratio: 0: the load factor, else index of the monitor
       integer :: k
       ratio = 0.0_wp
       which = 0
@@ -444,7 +457,7 @@ contains
 
    contains
 
-      !> Keeps the ratio of one number if it is the largest.
+      !> Takes the ratio of one number if it is the largest so far.
       subroutine take(number)
          type(error_bar_t), intent(in) :: number
          type(error_bar_t) :: of_mesh

@@ -1,9 +1,9 @@
-!> Compares the number of unstable directions of the mesh with that of elements of a higher order, or of shorter elements.
+!> Compares the number of unstable directions on the mesh with that of elements of a higher order, or of shorter elements.
 !>
-!> If both numbers differ, the path has passed a bifurcation that only one of the discretisations has. Its load and displacements
-!> need not show this: a straight rod of one element of order 2 is exact except that it cannot buckle. If the numbers are equal but
-!> the discretisation error of an eigenvalue exceeds the eigenvalue, one of the discretisations may have passed a bifurcation that
-!> the structure does not have.
+!> If the two numbers differ, the path has passed a bifurcation that only one of the two discretisations has. Load and displacements
+!> need not show this: a straight rod of one element of order 2 is exact except that it cannot buckle. The numbers may also be equal
+!> while the discretisation error of an eigenvalue exceeds the eigenvalue: then one discretisation may have passed a bifurcation
+!> that the structure does not have.
 module missed_modes
    use kinds, only: wp, pi
    use errors, only: error_t
@@ -26,8 +26,8 @@ module missed_modes
 
 contains
 
-   !> Number of unstable directions of the enriched problem minus that of the problem. If both are equal: the number of unstable
-   !> directions inside elements (hidden_directions), or, if there are none, the difference for the reduced problem
+   !> Number of unstable directions of the enriched problem minus that of the original problem. If these are equal, it is the number
+   !> of unstable directions inside elements (hidden_directions) or, if there are none, the difference for the reduced problem
    !> (released_difference). A difference that is uncertain, because an eigenvalue is close to zero, counts as 0.
    integer function unstable_difference(problem, state, system, path, point, allowed) result(difference)
       type(problem_t), intent(in) :: problem
@@ -35,7 +35,7 @@ contains
       type(system_t), intent(in) :: system       !! factored at `state`
       type(enriched_path_t), intent(in) :: path
       type(enriched_point_t), intent(in) :: point   !! the same point of the enriched problem's path
-      integer, intent(in) :: allowed             !! difference explained by an event at the point
+      integer, intent(in) :: allowed             !! difference that is explained by an event at the point
       difference = 0
       if (size(problem%hinge) > 0) return
       difference = certain_difference(problem, state, system, path%problem, point%state, point%system, allowed)
@@ -68,8 +68,8 @@ contains
    end function sign_uncertain
 
    !> Lower bound of the number of unstable directions that no pivot counts: buckling modes of elements between fixed nodes
-   !> (Wittrick and Williams 1971). An element of length h clamped at both ends has the n-th of these modes at the thrust N with N
-   !> h^2/EI = 4 pi^2 n^2; elements of higher orders do not show these modes either.
+   !> (Wittrick and Williams 1971). An element of length h that is clamped at both ends has its n-th such mode at the thrust N = 4
+   !> pi^2 n^2 EI/h^2. Elements of higher orders do not show these modes either.
    integer function hidden_directions(problem, state, system) result(hidden)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -78,22 +78,22 @@ contains
       integer :: e
       hidden = 0
       do e = 1, problem%model%mesh%n_elements
-         ! Elements supported between their nodes by an obstacle or the ground buckle at higher loads and do not count.
+         ! Elements that are supported between their nodes by an obstacle or the ground buckle at higher loads and do not count.
          if (problem%conforms(e) > 0 .or. problem%ground%founded(e)) cycle
-         ! The thrust is at most the larger of the end forces.
+         ! The thrust inside the element is at most the larger of the end forces.
          force = max(norm2(system%eraw(1:2, e)), norm2(system%eraw(4:5, e)))
          if (force * state%geometry%element(e)%length**2 * problem%compliance(e)%bending < (2.0_wp * pi)**2) cycle
          hidden = hidden + int(sqrt(compression(problem, state, e)) / (2.0_wp * pi))
       end do
    end function hidden_directions
 
-   !> Difference of the numbers of negative pivots of a problem and a finer one; 0 if the signs are uncertain.
+   !> Difference between the numbers of negative pivots of a problem and of a finer one; 0 if the signs are uncertain.
    integer function certain_difference(problem, state, system, finer, better, linear, allowed) result(difference)
       type(problem_t), intent(in) :: problem, finer
       type(state_t), intent(in) :: state, better
-      type(system_t), intent(in) :: system, linear  !! factored at these states
+      type(system_t), intent(in) :: system, linear  !! factored at `state` and at `better`
       integer, intent(in) :: allowed
-      integer :: zeros(2)                        ! number of negative ones among the event's eigenvalues, whose signs are rounding
+      integer :: zeros(2)                        ! number of negative eigenvalues among those of the event, whose signs are rounding
       difference = linear%negative_pivots - system%negative_pivots
       if (abs(difference) <= allowed) difference = 0
       if (difference == 0) return
@@ -105,8 +105,8 @@ contains
       if (difference /= 0) difference = difference - (zeros(2) - zeros(1))
    end function certain_difference
 
-   !> Difference of the numbers of unstable directions in the reduced problem without force-free line contacts. Such contacts hide
-   !> the difference: a straight rod supported by a straight wall is exact on any mesh.
+   !> Difference between the numbers of unstable directions in the reduced problem, which has no force-free line contacts. Such
+   !> contacts hide the difference: a straight rod supported by a straight wall is exact on any mesh.
    integer function released_difference(problem, state, system, allowed) result(difference)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -130,9 +130,9 @@ contains
       if (difference == 0) difference = hidden_directions(free, released, loose)
    end function released_difference
 
-   !> True if both discretisations agree in the sign of the relative curvature at every point contact, so that their numbers of
+   !> True if both discretisations have the same sign of the relative curvature at every point contact, so that their numbers of
    !> negative pivots can be compared. The rotational stiffness of a point contact is proportional to the inverse of its relative
-   !> curvature; close to a transition to a line contact or to two point contacts its sign is uncertain.
+   !> curvature; close to a transition to a line contact or to two point contacts the sign is uncertain.
    logical function points_comparable(problem, state, finer, better) result(comparable)
       type(problem_t), intent(in) :: problem, finer
       type(state_t), intent(in) :: state, better
@@ -147,13 +147,13 @@ contains
       end do
    end function points_comparable
 
-   !> True if the signs of all eigenvalues are certain: only the eigenvalues of an event may be zero within rounding.
+   !> True if the signs of all eigenvalues are certain, except for those of an event, which may be zero within rounding.
    logical function sign_is_certain(problem, state, system, zeros, negative)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
-      integer, intent(in) :: zeros               !! number of eigenvalues of the event
-      integer, intent(out) :: negative           !! number of negative ones among these
+      integer, intent(in) :: zeros               !! number of eigenvalues that vanish at the event
+      integer, intent(out) :: negative           !! number of negative eigenvalues among those of the event
       type(modes_t) :: modes
       type(error_t), allocatable :: error
       type(zero_t) :: zero

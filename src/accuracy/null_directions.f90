@@ -1,9 +1,9 @@
-!> Removes from a solution at a bifurcation its components along the null vectors: rounding divided by a vanishing eigenvalue makes
-!> these components arbitrary.
+!> Removes the components along the null vectors from a solution at a bifurcation. They are arbitrary, because they are rounding
+!> divided by a vanishing eigenvalue.
 !>
-!> With the null vector v, the factored tangent K and the metric M the arbitrary component is along K^-1 M v. This direction differs
-!> from v, because K may be that of the enriched problem, or affected by rounding. In slender rods the difference would cause large
-!> axial strains and forces.
+!> With the null vector v, the factored tangent K and the metric M, the arbitrary component has the direction K^-1 M v. This
+!> direction differs from v, because K may be the tangent of the enriched problem, or contain rounding. In slender rods the
+!> difference would cause large axial strains and forces.
 module null_directions
    use kinds, only: wp
    use problem, only: problem_t, dof, unknown_weights
@@ -18,7 +18,7 @@ module null_directions
 
 contains
 
-   !> K^-1 M v of every null vector v, normalised to length 1.
+   !> K^-1 M v for every null vector v, normalised to length 1.
    function new_null_directions(problem, system, modes) result(direction)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! factored
@@ -32,11 +32,12 @@ contains
       end do
    end function new_null_directions
 
-   !> Subtracts from x multiples of the directions so that no component along the null vectors remains.
+   !> Subtracts multiples of the directions from x, so that no component along the null vectors remains.
    pure subroutine leave_out(problem, modes, direction, x)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: modes(:, :), direction(:, :) !! (unknowns, any number): null vectors, and their new_null_directions
-      real(wp), intent(inout) :: x(:)            !! (unknowns) node axes
+      real(wp), intent(in) :: modes(:, :), direction(:, :) !! (unknowns, any number) null vectors; their directions from
+      !! new_null_directions
+      real(wp), intent(inout) :: x(:)            !! (unknowns) solution, node axes
       real(wp) :: a(size(modes, 2), size(modes, 2)), b(1, size(modes, 2))
       logical :: singular
       integer :: i, j
@@ -62,7 +63,7 @@ contains
       call leave_out(problem, modes, new_null_directions(problem, system, modes), response)
    end function response_without
 
-   !> Unit path tangent at a bifurcation of the path to which its null vectors do not belong. The load factor increases along it.
+   !> Unit tangent, at a bifurcation, of the path that has no component along the null vectors. The load factor increases along it.
    function tangent_without(problem, system, modes) result(heading)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! factored
@@ -79,12 +80,12 @@ contains
       heading%u = heading%load * heading%u
    end function tangent_without
 
-   !> Forces minus the multiples of M v that work on the null vectors v. The solution orthogonal to the null vectors is the same,
-   !> without rounding errors along them.
+   !> Forces minus those multiples of M v that do the same work on the null vectors v. The part of the solution that is orthogonal
+   !> to the null vectors is unchanged and free of rounding along them.
    pure function free_of(problem, modes, force) result(free)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: modes(:, :)        !! (unknowns, any number) null vectors, orthonormal in the metric
-      real(wp), intent(in) :: force(:)           !! (unknowns) node axes
+      real(wp), intent(in) :: force(:)           !! (unknowns) forces, node axes
       real(wp) :: free(size(force))
       integer :: k
       free = force
@@ -93,7 +94,7 @@ contains
       end do
    end function free_of
 
-   !> Component of a vector along a mode: the metric's inner product.
+   !> Component of a vector along a mode, by the inner product of the metric.
    pure real(wp) function likeness(problem, mode, x)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: mode(:), x(:)      !! (unknowns) node axes; the mode has length 1 in the metric

@@ -1,5 +1,6 @@
 !> Dual displacements of functionals on the path: an out-of-balance force (internal minus external) on an unknown changes a number
-!> by its work on the dual displacement, if the path constraint remains satisfied. Each number needs one back-substitution.
+!> by the work of the force on the number's dual displacement, if the path constraint remains satisfied. Each number needs one
+!> back-substitution.
 module path_duals
    use kinds, only: wp
    use problem, only: problem_t
@@ -18,13 +19,14 @@ contains
    subroutine solve_path_duals(problem, system, held, number, modes, dual, by_held, ok)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! factored
-      type(functional_t), intent(in) :: held     !! the constraint
+      type(functional_t), intent(in) :: held     !! the functional that the path constraint prescribes
       type(functional_t), intent(in) :: number(:)
-      real(wp), intent(in) :: modes(:, :)        !! (n, multiplicity) null vectors of a bifurcation, else none. Components of
-      !! displacements along them are removed: they are rounding divided by a vanishing eigenvalue
+      real(wp), intent(in) :: modes(:, :) !! (n, multiplicity) null vectors of a bifurcation; no columns at other points. Components
+      !! of displacements along them are removed, because these are rounding divided by a vanishing eigenvalue
       real(wp), intent(out) :: dual(:, :)        !! (n, numbers) node axes
-      real(wp), intent(out) :: by_held(:)        !! (numbers) derivatives of the numbers along the path by the constrained one
-      logical, intent(out) :: ok                 !! false: the constraint is constant along the path, and nothing is set
+      real(wp), intent(out) :: by_held(:) !! (numbers) derivative of each number along the path with respect to the prescribed
+      !! quantity
+      logical, intent(out) :: ok                 !! false: the prescribed quantity is constant along the path, and nothing is set
       real(wp), dimension(system%n) :: tangent, known, push, of_load
       real(wp) :: response(system%n, 0:size(number)), along
       real(wp), allocatable :: direction(:, :)
@@ -55,18 +57,19 @@ contains
 
    contains
 
-      !> Dual displacements of a number. At a limit point two parts are unbounded, that at constant load and that of the change of
-      !> the load, and their difference loses digits: the residuals of the equations and of the load then correct it.
+      !> Dual displacements of one number. At a limit point their two parts, at constant load and due to the change of the load, are
+      !> unbounded, and the difference loses digits. It is therefore corrected by means of the residuals of the equations and of the
+      !> load.
       subroutine combine(number, response, by_held, dual)
          type(functional_t), intent(in) :: number
-         real(wp), intent(in) :: response(:)     !! (n) response to the gradient of the number
+         real(wp), intent(in) :: response(:)     !! (n) response of the structure to the gradient of the number
          real(wp), intent(in) :: by_held
-         real(wp), intent(out) :: dual(:)        !! (n)
+         real(wp), intent(out) :: dual(:)        !! (n) dual displacements, node axes
          real(wp) :: lost, left(system%n), more(system%n)
          lost = sqrt(epsilon(lost)) * maxval(abs(response))
          dual = by_held * along * of_load - response
          dual = dual + load_residual(number, by_held, dual) * of_load
-         ! The band matrix lacks the stiffness of coupled ground, so that the residual cannot be computed from it.
+         ! The band matrix does not contain the stiffness of coupled ground, so that the residual cannot be computed from it.
          if (maxval(abs(dual)) > lost .or. system%coupling%n > 0) return
          call band_times(system%k, dual, left)
          left = free_force(by_held * held%by_unknown - number%by_unknown - left)
@@ -83,7 +86,7 @@ contains
          residual = number%change(known, 1.0_wp) - dot_product(push, dual) - by_held * held%change(known, 1.0_wp)
       end function load_residual
 
-      !> Forces on the free unknowns, without their components along null vectors.
+      !> Forces on the free unknowns, without components along null vectors.
       function free_force(force) result(free)
          real(wp), intent(in) :: force(:)
          real(wp) :: free(size(force))

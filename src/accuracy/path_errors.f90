@@ -1,5 +1,6 @@
-!> Discretisation errors at points of the path. At a point given by the path constraint these are errors of load factor, monitors
-!> and positions of touchdown points. A located event has in addition another position on the path of the enriched problem.
+!> Discretisation errors at points of the path. At a point given by the path constraint these are the errors of load factor,
+!> monitors and positions of touchdown points. A located event has, in addition, a different position on the path of the enriched
+!> problem.
 module path_errors
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kinds, only: wp
@@ -31,28 +32,31 @@ module path_errors
    private
    public :: point_errors, event_errors
 
-   !> A located event on the path of the enriched problem, reached by at most two steps from the point at which the problem located
-   !> it.
+   !> Position of a located event on the path of the enriched problem. It is reached by at most two steps from the point at which
+   !> the original problem has the event.
    type :: crossing_t
-      real(wp) :: f = 0.0_wp                     !! event function at the point where the problem located the event
-      real(wp) :: slope = 0.0_wp                 !! derivative of the event function along the path, by the controlled quantity
-      real(wp) :: way = 0.0_wp                   !! first step: distance -f/slope along the path, in the controlled quantity
+      real(wp) :: f = 0.0_wp !! event function of the enriched problem at the point where the original problem has the event
+      real(wp) :: slope = 0.0_wp !! derivative of the event function along the path, with respect to the controlled quantity
+      real(wp) :: way = 0.0_wp !! first step: distance -f/slope along the path, in units of the controlled quantity
       real(wp), allocatable :: near(:)           !! load factor, monitors and positions of touchdown points after the first step
       real(wp) :: more = 0.0_wp                  !! second step: remaining distance to the zero of the event function
-      real(wp), allocatable :: rate(:)           !! derivative of these values by the distance, for the second step
-      real(wp), allocatable :: doubt(:)          !! change of these values if elements are enriched by two orders instead of one
-      real(wp) :: rounding = 0.0_wp              !! event function after a first step so short that this remainder is rounding
+      real(wp), allocatable :: rate(:) !! derivative of the values in `near` with respect to the distance, for the second step
+      real(wp), allocatable :: uncertainty(:) !! change of the values in `near` if elements are enriched by two orders instead of
+      !! one
+      real(wp) :: rounding = 0.0_wp !! rounding error of the event function after a first step so short that the remaining value is
+      !! rounding
       character(:), allocatable :: why           !! reason why the event could not be found; not allocated: found
    end type crossing_t
 
    real(wp), parameter :: small_part = 1.0e-3_wp !! part of an increment over which derivatives along the path are computed
-   real(wp), parameter :: longest_part = 0.1_wp  !! largest part, over which the path is straight to the same accuracy
-   real(wp), parameter :: plain = 1.0_wp / longest_part !! least change of the event function, in rounding errors, from which its
-   !! slope is computed
-   real(wp), parameter :: next_order = 0.5_wp !! ratio of the enriched polynomial's error between nodes to its change there;
-   !! 0.25-0.45 measured
-   real(wp), parameter :: least_bend = 0.1_wp     !! lower bound of the ratio of the event function's slopes after and before the
-   !! first step; below it no bar is valid
+   real(wp), parameter :: longest_part = 0.1_wp !! largest part of an increment over which derivatives are computed: the path is
+   !! straight there to the same accuracy
+   real(wp), parameter :: plain = 1.0_wp / longest_part !! smallest change of the event function, in multiples of its rounding
+   !! error, from which a slope is computed
+   real(wp), parameter :: next_order = 0.5_wp !! error of the enriched polynomial between nodes over the change by the enrichment;
+   !! 0.25 to 0.45 measured
+   real(wp), parameter :: least_bend = 0.1_wp !! smallest valid ratio of the event function's slopes after and before the first
+   !! step; with a smaller one there is no bar
    real(wp), parameter :: no_modes(0, 0) = reshape([real(wp) ::], [0, 0])
    character(*), parameter :: no_convergence = 'elements of a higher order do not converge from here', &
       & no_function = 'what is zero at this point is not to be had from elements of a higher order', &
@@ -60,17 +64,17 @@ module path_errors
 
 contains
 
-   !> Errors at a point of the path under the constraint of its control: given load, given monitor, or plane normal to the path.
+   !> Errors at a point of the path under the constraint of its control: given load, given monitor, or the plane normal to the path.
    subroutine point_errors(problem, finer, state, system, control, heading, bars, places, as_it_is)
       type(problem_t), intent(in) :: problem
-      type(enriched_problem_t), intent(inout), target :: finer !! enriched problem, made here if necessary
+      type(enriched_problem_t), intent(inout), target :: finer !! the enriched problem; it is made here if necessary
       type(state_t), intent(in) :: state         !! converged
       type(system_t), intent(in) :: system       !! factored at `state`
       type(control_t), intent(in) :: control
       type(path_tangent_t), intent(in) :: heading     !! path tangent at `state`
       type(error_bars_t), intent(out) :: bars
-      logical, intent(in) :: places              !! true: errors of touchdown points, too
-      logical, intent(in), optional :: as_it_is  !! true: the mesh will not be refined for kinks inside elements, see why_no_bars
+      logical, intent(in) :: places              !! true: the positions of touchdown points also get errors
+      logical, intent(in), optional :: as_it_is  !! true: the mesh is not refined because of kinks inside elements, see why_no_bars
       type(enriched_path_t) :: path
       type(enriched_point_t) :: point
       type(contributions_t) :: shares
@@ -85,8 +89,8 @@ contains
       if (bars%why /= '') return
       ends = [integer ::]
       if (places) ends = moving_ends(problem)
-      call begin(problem, finer, state, system, holding(problem, state, control, heading), heading, ends, no_modes, path, point, &
-         & shares, value)
+      call begin(problem, finer, state, system, point_constraint(problem, state, control, heading), heading, ends, no_modes, &
+         & path, point, shares, value)
       if (point%ok) bars%missed = unstable_difference(problem, state, system, path, point, 0)
       if (point%ok .and. places) bars%unsure = sign_uncertain(problem, state, system, path, point)
       call values_beside(path, point)
@@ -107,28 +111,28 @@ contains
       call move_alloc(point%system, finer%system)
    end subroutine point_errors
 
-   !> Errors of a located event. The value of the event function on the enriched problem, divided by the slope of the function, is
-   !> the distance to the event along the path of the enriched problem.
+   !> Errors of a located event. The distance to the event along the path of the enriched problem is the value of the event function
+   !> on the enriched problem, divided by the slope of the function.
    subroutine event_errors(problem, finer, state, system, zero, heading, length, rise, bars, as_it_is)
       type(problem_t), intent(in) :: problem
-      type(enriched_problem_t), intent(inout), target :: finer !! enriched problem, made here if necessary
+      type(enriched_problem_t), intent(inout), target :: finer !! the enriched problem; it is made here if necessary
       type(state_t), intent(in) :: state         !! located state of the event
-      type(system_t), intent(in) :: system       !! factored there
+      type(system_t), intent(in) :: system       !! factored at `state`
       type(zero_t), intent(in) :: zero           !! test function of the event
-      type(path_tangent_t), intent(in) :: heading     !! path tangent there
-      real(wp), intent(in) :: length, rise       !! arc length and load factor change of the increment that contains the event
+      type(path_tangent_t), intent(in) :: heading     !! path tangent at `state`
+      real(wp), intent(in) :: length, rise !! arc length, and change of the load factor, of the increment that contains the event
       type(error_bars_t), intent(out) :: bars
-      logical, intent(in), optional :: as_it_is  !! true: the mesh will not be refined for kinks inside elements, see why_no_bars
+      logical, intent(in), optional :: as_it_is  !! true: the mesh is not refined because of kinks inside elements, see why_no_bars
       type(control_t) :: control
       type(enriched_path_t) :: path
       type(enriched_point_t) :: first
       type(crossing_t) :: crossing
       type(contributions_t) :: shares
       real(wp), allocatable :: by_eigenvalue(:)  ! (elements) error contributions to the eigenvalue of a bifurcation
-      real(wp), allocatable :: left_out(:, :)    ! (unknowns, any number) null vectors along which displacements are rounding
+      real(wp), allocatable :: left_out(:, :)    ! (unknowns, any number) null vectors; displacements along them are rounding
       real(wp), allocatable :: modes(:, :), value(:), final(:), unseen(:), sizes(:), rounding(:)
-      type(functional_t), allocatable :: gap     ! event function, if it is the gap to a foundation
-      real(wp) :: reach, local, most, doubt, noise
+      type(functional_t), allocatable :: gap     ! event function, if it is the gap to a foundation; else not allocated
+      real(wp) :: reach, local, most, uncertainty, noise
       integer, allocatable :: ends(:)
       integer :: e
       bars = no_error_bars(size(problem%model%monitor), why_no_bars(problem, state, as_it_is, &
@@ -143,9 +147,9 @@ contains
          return
       end if
       control%method = method_linearised
-      control = holding(problem, state, control, heading)
-      ! For a bifurcation both problems are compared at the same load, because the load rate does not vanish there; errors of a
-      ! stiff structure's small displacements then have no influence.
+      control = point_constraint(problem, state, control, heading)
+      ! Length of the increment in units of the controlled quantity. At a limit point the load does not contribute to it; if no node
+      ! moves, only the load does.
       if (size(modes, 2) > 0) control = normal_plane(problem, state, heading, 1.0_wp)
       ! Length of the increment in the controlled quantity. The load is no part of this quantity at a limit point, and is all of it
       ! if nothing moves.
@@ -167,10 +171,10 @@ contains
          return
       end if
       bars%unfolding = shares%unfolding
-      ! The null vector of a limit point is not among those that are left out.
+      ! The null vector of the limit point itself is not among those removed.
       bars%missed = unstable_difference(problem, state, system, path, first, size(left_out, 2) + merge(0, 1, size(modes, 2) > 0))
       call find_crossing(path, zero, reach, load_rounding(), first, crossing)
-      if (.not. allocated(crossing%why)) call doubt_crossing(path, zero, first, crossing)
+      if (.not. allocated(crossing%why)) call measure_uncertainty(path, zero, first, crossing)
       if (allocated(crossing%why)) then
          bars%why = crossing%why
          bars%too_coarse = bars%why == no_convergence .or. size(modes, 2) > 0
@@ -179,23 +183,23 @@ contains
       bars%way = (crossing%way + crossing%more) / reach * length
       if (zero_is(zero, event_limit)) bars%turned = crossing%f * heading%load < 0.0_wp
       final = crossing%near + (crossing%more - left_of_zero(problem, zero, state, system) / crossing%slope) * crossing%rate
-      unseen = abs(first%value - value - shares%sum(:size(value))) + abs(crossing%more * crossing%rate) + abs(crossing%doubt)
+      unseen = abs(first%value - value - shares%sum(:size(value))) + abs(crossing%more * crossing%rate) + abs(crossing%uncertainty)
       sizes = shares%size(:size(value)) + abs(crossing%near - first%value)
       noise = location_rounding()
       rounding = shares%rounding(:size(value)) + abs(crossing%rate) * noise / abs(crossing%slope)
       if (zero_is(zero, event_limit)) rounding(1) = shares%rounding(1) + 0.5_wp * noise**2 / abs(crossing%slope)
       call between_nodes(problem, zero, state, system, heading%load, path%problem, first%state, crossing%f, e, local, &
-         & most, doubt)
+         & most, uncertainty)
       call share_way()
       call set_bars(problem, state, system, ends, shares, value, final - value, unseen, sizes, rounding, bars)
       call move_alloc(first%system, finer%system)
 
    contains
 
-      !> Distributes the error of the event's position over the elements. For a bifurcation it is distributed like their
-      !> contributions to the eigenvalue and to the touchdown points of the buckling spans, for ends of foundation contact like
-      !> those to the gap, otherwise like those to the load. The part not due to nodal values belongs to the element that contains
-      !> the event.
+      !> Distributes the error of the event's position over the elements. For a bifurcation it is distributed in proportion to the
+      !> elements' contributions to the eigenvalue and to the touchdown points of the buckling spans; for an end of foundation
+      !> contact in proportion to those to the gap; otherwise in proportion to those to the load. The part that is not caused by
+      !> nodal values belongs to the element that contains the event.
       subroutine share_way()
          real(wp) :: part(size(shares%element, 2)), moved, own, by_event
          integer :: m
@@ -212,14 +216,14 @@ contains
                shares%element(m, :) = shares%element(m, :) + (moved - own) * part / sum(part)
             end if
             if (e == 0) cycle
-            own = max(own, next_order * most * by_event) + doubt * by_event
+            own = max(own, next_order * most * by_event) + uncertainty * by_event
             shares%element(m, e) = shares%element(m, e) + own
             shares%inside(m) = abs(shares%inside(m)) + own
          end do
       end subroutine share_way
 
-      !> Contributions of the elements to the eigenvalue of a bifurcation. Those at fixed touchdown points are known for each
-      !> element; the rest of the error is distributed like the contributions to the touchdown points.
+      !> Contributions of the elements to the eigenvalue of a bifurcation. The contributions at fixed touchdown points are known for
+      !> each element. The rest of the error is distributed in proportion to the contributions to the positions of touchdown points.
       function bifurcation_shares() result(part)
          real(wp) :: part(size(shares%element, 2)), of_ends(size(shares%element, 2)), rest
          part = by_eigenvalue
@@ -228,12 +232,12 @@ contains
          if (rest > 0.0_wp .and. sum(of_ends) > 0.0_wp) part = part + rest * of_ends / sum(of_ends)
       end function bifurcation_shares
 
-      !> Rounding error of the load rate if the load rate is the event function; otherwise zero.
+      !> Rounding error of the load rate if it is the event function; otherwise zero.
       real(wp) function load_rounding() result(error)
          real(wp) :: stiffness, rounding, work
          error = 0.0_wp
          ! At a limit point located to the last bit the stiffness is singular and was supplemented by springs at the unknowns: the
-         ! tangent is not that of the path.
+         ! tangent is then not that of the path.
          if (.not. zero_is(zero, event_limit) .or. system%factor%deficient) return
          call path_stiffness(problem, state, system, stiffness, rounding)
          work = abs(dot_product(system%tangent, system%load) * heading%load)
@@ -248,8 +252,8 @@ contains
             error = load_rounding()
             if (error > 0.0_wp .or. system%factor%deficient) error = max(error, crossing%rounding)
          else if (zero_is(zero, event_turning)) then
-            ! The path tangent has the relative error of the stiffness along the path. This error times the turn of the path over
-            ! the increment is the error of the monitor's rate.
+            ! The path tangent has the relative error of the stiffness along the path. This error, times the turn of the path over
+            ! the increment, is the error of the monitor's rate.
             call path_stiffness(problem, state, system, stiffness, rounding)
             stiffness = max(stiffness, bending_stiffness(problem))
             error = rounding / stiffness * abs(crossing%slope) * reach
@@ -262,21 +266,21 @@ contains
    !> True for an event of the given kind.
    pure logical function zero_is(zero, kind)
       type(zero_t), intent(in) :: zero
-      integer, intent(in) :: kind                !! event_...
+      integer, intent(in) :: kind                !! kind of event: event_...
       zero_is = .false.
       if (.not. allocated(zero%event)) return
-      ! An event at a corner of a force law does not count: the load rate jumps through zero there.
+      ! A limit point at a corner of a force law is excluded: there the load rate jumps from one sign to the other.
       zero_is = zero%event%kind == kind .and. zero%event%law%candidate == 0
    end function zero_is
 
    !> Locates the event on the path of the enriched problem. The distance to the event is minus the event function divided by its
-   !> slope; a second step of this kind follows if the first one is long.
+   !> slope. If the first step is long, a second step follows.
    subroutine find_crossing(path, zero, reach, rounding, first, crossing)
       type(enriched_path_t), intent(in) :: path
       type(zero_t), intent(in) :: zero           !! test function of the event
-      real(wp), intent(in) :: reach              !! increment that contains the event, in the controlled quantity
-      real(wp), intent(in) :: rounding           !! rounding error of the event function, if known; else 0
-      type(enriched_point_t), intent(in) :: first   !! point of the enriched path where the problem located the event
+      real(wp), intent(in) :: reach              !! increment that contains the event, in units of the controlled quantity
+      real(wp), intent(in) :: rounding           !! rounding error of the event function; 0: unknown
+      type(enriched_point_t), intent(in) :: first   !! point of the enriched path at which the original problem has the event
       type(crossing_t), intent(out) :: crossing
       type(enriched_point_t) :: ahead, near
       real(wp) :: part, f_ahead, bend
@@ -296,7 +300,7 @@ contains
                crossing%why = no_function
                return
             end if
-            ! The slope is taken over a distance long enough for its change of the event function to exceed rounding.
+            ! The slope is taken over a distance so long that the change of the event function exceeds rounding.
             if (abs(f_ahead - f) > plain * rounding .or. part >= longest_part) exit
             part = 10.0_wp * part
          end do
@@ -310,7 +314,7 @@ contains
          end if
          way = -f / slope
          if (abs(way) <= part * reach .and. .not. zero_is(zero, event_limit)) then
-            ! The zero lies between two points that are already known.
+            ! The zero lies between two points that have already been computed.
             crossing%near = first%value + way * crossing%rate
             crossing%rate(1) = load_rate(first%heading)
             return
@@ -321,14 +325,14 @@ contains
             crossing%why = no_convergence
             return
          end if
-         ! The remaining distance follows from the value at the end of the first step.
+         ! The remaining distance follows from the event function at the end of the first step.
          more = value_at(near)
          if (.not. ieee_is_finite(more)) then
             crossing%why = no_function
             return
          end if
-         ! A long first step shows by the slope at its end whether the zero does not exist, or is another one. The step was computed
-         ! with the slope at its start; for a parabola the slope at its end is that slope times 1 - 2 more / f.
+         ! After a long first step the slope at its end shows whether the zero exists and is the same event. The step was computed
+         ! with the slope at its start; for a parabola the slope at the end is this slope times 1 - 2 more / f.
          bend = 1.0_wp
          if (abs(way) > part * reach) then
             bend = 1.0_wp - 2.0_wp * more / f
@@ -338,22 +342,22 @@ contains
          more = -more / (slope * max(bend, least_bend))
          crossing%near = near%value
          crossing%rate(1) = load_rate(near%heading)
-         ! At a limit point the event function is the load rate. It falls linearly to zero, so that its mean over the remaining
-         ! distance is a half.
+         ! At a limit point the event function is the load rate. It decreases linearly to zero, so that its mean over the remaining
+         ! distance is half of its value.
          if (zero_is(zero, event_limit)) crossing%rate(1) = 0.5_wp * crossing%rate(1)
       end associate
 
    contains
 
-      !> Event function on the enriched path.
+      !> Event function at a point of the enriched path.
       real(wp) function value_at(point)
          type(enriched_point_t), intent(in) :: point
          value_at = zero_value(path%problem, zero, point%state, point%system, point%heading%load)
       end function value_at
 
-      !> Derivative of the load factor by the controlled quantity along the enriched path.
+      !> Derivative of the load factor with respect to the controlled quantity along the enriched path.
       real(wp) function load_rate(heading) result(rate)
-         type(path_tangent_t), intent(in) :: heading   !! path tangent at the point
+         type(path_tangent_t), intent(in) :: heading   !! path tangent at a point of the enriched path
          rate = 1.0_wp
          if (path%control%method /= method_load) rate = heading%load / (metric(path%problem, path%control%tangent, heading%u) + &
             & path%control%load_scale**2 * path%control%tangent_load * heading%load)
@@ -361,12 +365,12 @@ contains
    end subroutine find_crossing
 
    !> Uncertainty of the path of the enriched problem: change of the values and of the event function at a point if elements are
-   !> enriched by one more order. On meshes that hardly resolve the solution this change is as large as that by the first
+   !> enriched by one more order. On meshes that hardly resolve the solution this change is as large as that of the first
    !> enrichment. If the contributions of few elements cancel, a larger part of the change is counted.
-   subroutine doubt_crossing(path, zero, first, crossing)
+   subroutine measure_uncertainty(path, zero, first, crossing)
       type(enriched_path_t), intent(in) :: path
       type(zero_t), intent(in) :: zero           !! test function of the event
-      type(enriched_point_t), intent(in) :: first   !! point of the enriched path where the problem located the event
+      type(enriched_point_t), intent(in) :: first   !! point of the enriched path at which the original problem has the event
       type(crossing_t), intent(inout) :: crossing
       type(enriched_problem_t), target :: finest
       type(enriched_path_t) :: next
@@ -380,13 +384,13 @@ contains
          crossing%why = no_convergence
          return
       end if
-      crossing%doubt = point%value - first%value - crossing%rate / crossing%slope * (zero_value(next%problem, zero, point%state, &
-         & point%system, point%heading%load) - crossing%f)
-   end subroutine doubt_crossing
+      crossing%uncertainty = point%value - first%value - crossing%rate / crossing%slope * (zero_value(next%problem, zero, &
+         & point%state, point%system, point%heading%load) - crossing%f)
+   end subroutine measure_uncertainty
 
-   !> Constraint that identifies the same point on both paths: the load or monitor prescribed by the strategy, else the plane normal
-   !> to the path.
-   function holding(problem, state, control, heading) result(held)
+   !> Constraint that identifies the same point on the paths of both problems: the load or monitor prescribed by the strategy, else
+   !> the plane normal to the path.
+   function point_constraint(problem, state, control, heading) result(held)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(control_t), intent(in) :: control
@@ -395,9 +399,9 @@ contains
       held%method = control%method
       held%monitor = control%monitor
       if (is_arc_length(control%method)) held = normal_plane(problem, state, heading)
-   end function holding
+   end function point_constraint
 
-   !> Linearises the enriched problem at the point of the problem's own path, and computes the error contributions of the elements.
+   !> Linearises the enriched problem at the point of the original problem, and computes the error contributions of the elements.
    subroutine begin(problem, finer, state, system, control, heading, ends, modes, path, point, shares, value, &
       & gap)
       type(problem_t), intent(in) :: problem
@@ -406,13 +410,14 @@ contains
       type(system_t), intent(in) :: system
       type(control_t), intent(in) :: control
       type(path_tangent_t), intent(in) :: heading
-      integer, intent(in) :: ends(:)             !! touchdown points whose positions are values
-      real(wp), intent(in) :: modes(:, :)        !! (unknowns, multiplicity) bifurcation: null vectors
+      integer, intent(in) :: ends(:)             !! candidates of the touchdown points whose positions are values
+      real(wp), intent(in) :: modes(:, :) !! (unknowns, multiplicity) null vectors of a bifurcation; no columns at other points
       type(enriched_path_t), intent(out) :: path
       type(enriched_point_t), intent(out) :: point
       type(contributions_t), intent(out) :: shares
-      real(wp), allocatable, intent(out) :: value(:) !! load factor, monitors, positions of touchdown points
-      type(functional_t), allocatable, intent(in), optional :: gap !! event function, if it is the gap to a foundation
+      real(wp), allocatable, intent(out) :: value(:) !! load factor, monitors, and positions of touchdown points
+      type(functional_t), allocatable, intent(in), optional :: gap !! event function, if it is the gap to a foundation; else not
+      !! allocated
       call new_finer_path(problem, finer, state, control, heading, ends, path)
       path%modes = modes
       call start_point(path, finer, point)
@@ -426,13 +431,13 @@ contains
       end if
    end subroutine begin
 
-   !> Error bars from the estimates. For a number taken from the polynomial inside an element the enriched problem has only one more
-   !> order, not two, so that the true error may be twice the estimate.
+   !> Error bars from the estimates. For a number taken from the polynomial inside an element the enriched problem is only one order
+   !> better, not two, so that the true error may be twice the estimate.
    subroutine set_bars(problem, state, system, ends, shares, value, correction, unseen, sizes, rounding, bars)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! factored at `state`
-      integer, intent(in) :: ends(:)             !! touchdown points
+      integer, intent(in) :: ends(:)             !! candidates of the touchdown points
       type(contributions_t), intent(in) :: shares
       real(wp), intent(in) :: value(:), correction(:), unseen(:), sizes(:), rounding(:)
       type(error_bars_t), intent(inout) :: bars
@@ -440,7 +445,7 @@ contains
       integer :: m, n, k
       noise = rounding + 4.0_wp * epsilon(noise) * abs(value)
       n = 1 + size(bars%monitor)
-      ! The part `resolved` of a size is not below the rounding of positions and forces.
+      ! The smallest size that is resolved (`resolved` times the size) is not below the rounding of positions and forces.
       kind_size(:n) = value_sizes(problem, system%force_scale, abs(state%load_factor), motion_sizes(problem, state), resolved)
       kind_size(n + 1:) = problem%size
       if (shares%known(1)) bars%load = new_error_bar(correction(1), unseen(1), sizes(1), noise(1), kind_size(1))

@@ -1,9 +1,9 @@
-!> A sequence of words that stores values and returns them in the same order, to the last bit: with it one run of the program
-!> transfers its state to another.
+!> A sequence of words that stores values and returns them in the same order, to the last bit. One run of the program transfers its
+!> state to another run by it.
 !>
 !> The same procedures store and load: if `loading` is true, they set the values from the words; otherwise they append the values to
-!> the words. run_archive has such procedures for all types of a run. Equal values stored in several places (shared) are stored
-!> once.
+!> the words. Module run_archive has such procedures for all types of a run. If equal values are stored in several places (shared),
+!> they are stored only once.
 module archive
    use kinds, only: wp
    implicit none
@@ -12,7 +12,7 @@ module archive
    public :: leave_out_zeros, with_zeros
    public :: archive_text, archive_flag, archive_bounds, archive_begin_shared, archive_end_shared, archive_reset
 
-   integer, parameter :: word_bits = storage_size(1) !! of an integer
+   integer, parameter :: word_bits = storage_size(1) !! number of bits of an integer
    integer, parameter :: real_words = storage_size(1.0_wp) / word_bits, logical_words = storage_size(.true.) / word_bits
    integer, parameter :: word_letters = word_bits / storage_size(' ')
 
@@ -22,8 +22,8 @@ module archive
       logical :: damaged = .false.             !! true: more words were requested than the archive has
       integer :: n = 0                         !! number of words
       integer :: at = 0                        !! number of words loaded so far
-      integer, allocatable :: words(:)         !! `n` words, followed by unused space
-      integer, allocatable :: shared(:, :)     !! (2, blocks) number of words before a shared block, and its number of words
+      integer, allocatable :: words(:)         !! the words, followed by unused space; only the first `n` are in use
+      integer, allocatable :: shared(:, :)     !! (2, blocks) number of words before a shared block; number of words in it
       integer :: n_shared = 0
    end type archive_t
 
@@ -91,7 +91,7 @@ contains
    !> Discards all words after the first n.
    subroutine archive_reset(a, n)
       type(archive_t), intent(inout) :: a
-      integer, intent(in) :: n !! number of words kept
+      integer, intent(in) :: n !! number of words that are kept
       a%n = n
       do while (a%n_shared > 0)
          if (a%shared(1, a%n_shared) <= n) exit
@@ -114,7 +114,7 @@ contains
       a%n = a%n + size(words)
    end subroutine put
 
-   !> Position of the next words to be loaded. False if the archive has fewer words left; the archive is then marked as damaged.
+   !> Finds the position of the next words to be loaded. False if the archive has fewer words left; it is then marked as damaged.
    logical function take(a, words, first)
       type(archive_t), intent(inout) :: a
       integer, intent(in) :: words
@@ -207,7 +207,7 @@ contains
    !> Stores or loads an allocatable text.
    subroutine archive_text(a, x)
       type(archive_t), intent(inout) :: a
-      character(:), allocatable, intent(inout) :: x !! value; not allocated is stored, too
+      character(:), allocatable, intent(inout) :: x !! value; that it is not allocated is stored, too
       integer :: length
       length = -1
       if (allocated(x)) length = len(x)
@@ -228,11 +228,11 @@ contains
       if (a%damaged) x = .false.
    end subroutine archive_flag
 
-   !> Stores or loads the bounds of an array; those of an empty array if the archive is damaged.
+   !> Stores or loads the bounds of an array. If the archive is damaged, they are those of an empty array.
    subroutine archive_bounds(a, rank, bounds)
       type(archive_t), intent(inout) :: a
-      integer, intent(in) :: rank                !! rank of the array
-      integer, intent(inout) :: bounds(:, :)     !! (>= rank, 2)
+      integer, intent(in) :: rank                !! number of dimensions of the array
+      integer, intent(inout) :: bounds(:, :)     !! (>= rank, 2) lower and upper bounds
       integer :: k
       do k = 1, rank
          call one_integer(a, bounds(k, 1))
@@ -241,10 +241,11 @@ contains
       end do
    end subroutine archive_bounds
 
-   !> Begins a block of values, up to archive_end_shared, that is stored as a reference if an equal block has been stored already.
+   !> Begins a block of values, which ends at archive_end_shared. If an equal block has been stored already, only a reference is
+   !> stored.
    subroutine archive_begin_shared(a, mark)
       type(archive_t), intent(inout) :: a
-      integer, intent(out) :: mark               !! for archive_end_shared
+      integer, intent(out) :: mark               !! value that archive_end_shared needs
       integer :: reference
       reference = 0
       mark = a%n
@@ -259,7 +260,7 @@ contains
    !> Ends a block of values: if an equal block was stored before, a reference replaces the new one.
    subroutine archive_end_shared(a, mark)
       type(archive_t), intent(inout) :: a
-      integer, intent(in) :: mark !! from archive_begin_shared
+      integer, intent(in) :: mark !! value from archive_begin_shared
       integer :: first, length, k, reference
       if (a%loading) then
          if (mark > 0) a%at = mark

@@ -1,5 +1,5 @@
-!> Standard output with detection of failures: the Fortran runtime loses output that cannot be written (a full disk, a closed pipe)
-!> without a message.
+!> Standard output with detection of failures. (The Fortran runtime loses output that cannot be written, because a disk is full or a
+!> pipe closed, without a message.)
 !>
 !> Short texts are written as a whole. Fortran writes a listing line by line, and put_text writes its last byte: if previous lines
 !> could not be written, the last byte cannot be written either.
@@ -15,7 +15,7 @@ contains
    !> Writes text to standard output, after all text that Fortran has written there.
    subroutine put_text(text, why)
       character(*), intent(in) :: text
-      character(:), allocatable, intent(out) :: why !! why output cannot be written; empty: no failure
+      character(:), allocatable, intent(out) :: why !! reason why output cannot be written; '': no failure
       integer :: status
       flush (output_unit)
       call write_bytes(1, text, status)
@@ -25,14 +25,14 @@ contains
 
    !> Opens a unit for formatted output, which put_draft writes to standard output.
    subroutine open_draft(unit)
-      integer, intent(out) :: unit !! scratch unit
+      integer, intent(out) :: unit !! unit number of a scratch file
       open (newunit=unit, status='scratch', access='stream', form='formatted')
    end subroutine open_draft
 
    !> Writes the text of a draft to standard output, and closes the draft.
    subroutine put_draft(unit, why)
       integer, intent(in) :: unit                 !! unit from open_draft
-      character(:), allocatable, intent(out) :: why !! as in put_text
+      character(:), allocatable, intent(out) :: why !! reason why output cannot be written; '': no failure
       character(:), allocatable :: text
       character(1) :: letter
       integer :: length, i, status

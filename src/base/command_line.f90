@@ -11,19 +11,20 @@ module command_line
 
    !> Options of the command line.
    type :: command_line_t
-      character(:), allocatable :: deck    !! file to read; '': standard input
-      character(:), allocatable :: restart !! result file from which to continue; '': none
-      character(:), allocatable :: from    !! name of the point from which to continue; '': the last one
-      character(:), allocatable :: output  !! result file; '': named after the deck or its job name
-      character(:), allocatable :: template !! name of the deck template that `init` writes; '': no init
-      character(argument_length), allocatable :: set(:) !! name=value of every --set
+      character(:), allocatable :: deck    !! name of the deck's file; '': standard input
+      character(:), allocatable :: restart !! result file from which the run continues; '': none
+      character(:), allocatable :: from    !! name of the point from which the run continues; '': the last point
+      character(:), allocatable :: output  !! name of the result file; '': it follows from the name of the deck or its job
+      character(:), allocatable :: template !! name of the deck template that `init` writes; '': there is no init
+      character(argument_length), allocatable :: set(:) !! text name=value of every --set
       real(wp) :: max_seconds = 0.0_wp     !! time limit of the run [s]; 0: no limit
-      logical :: force = .false.           !! true: any file that has the result file's name may be replaced
+      logical :: force = .false.           !! true: any file with the name of the result file may be replaced
       logical :: check = .false.           !! true: the deck is only read, checked and summarised
       logical :: model = .false.           !! true: the model is written to the result file, and no path is followed
-      logical :: expand = .false.          !! true: only the deck with the included decks is printed
+      logical :: expand = .false.          !! true: only the deck is printed, with the included decks inserted
       logical :: quiet = .false.           !! true: no listing is written
-      logical :: help = .false., version = .false., cards = .false. !! true: this is printed, and nothing else is done
+      logical :: help = .false., version = .false., cards = .false. !! true: help, version or cards are printed, and nothing else is
+      !! done
       character(:), allocatable :: topic   !! topic of --help or --cards; '': everything
       logical :: cards_as_json = .false.   !! true: the cards are printed as JSON
    end type command_line_t
@@ -32,8 +33,8 @@ contains
 
    !> Reads the arguments of the program.
    subroutine read_command_line(options, error)
-      type(command_line_t), intent(out) :: options     !! as parse_arguments
-      type(error_t), allocatable, intent(out) :: error !! as parse_arguments, or an argument is too long
+      type(command_line_t), intent(out) :: options     !! the options, see parse_arguments
+      type(error_t), allocatable, intent(out) :: error !! allocated: an argument is wrong (see parse_arguments) or too long
       character(argument_length), allocatable :: argument(:)
       integer :: i, status
       allocate (argument(command_argument_count()))
@@ -48,11 +49,12 @@ contains
       call parse_arguments(argument, options, error)
    end subroutine read_command_line
 
-   !> Interprets the arguments.
+   !> Interprets the arguments of the command line.
    subroutine parse_arguments(argument, options, error)
-      character(*), intent(in) :: argument(:)          !! without the program's name; trailing blanks do not count
+      character(*), intent(in) :: argument(:)          !! arguments without the name of the program; trailing blanks are ignored
       type(command_line_t), intent(out) :: options     !! the options; deck, output and set are always allocated
-      type(error_t), allocatable, intent(out) :: error !! an unknown or contradictory argument, which the message names
+      type(error_t), allocatable, intent(out) :: error !! allocated: an argument is unknown or contradicts another one; the message
+      !! names it
       integer :: i
       logical :: only_files
       options%deck = ''
@@ -126,7 +128,7 @@ contains
                options%quiet = .true.
             case ('--help', '-h')
                options%help = .true.
-               ! An option is a topic only if no argument follows it.
+               ! An option is the topic only if it is the last argument.
                call take_topic(i + 1 == size(argument))
             case ('--version')
                options%version = .true.
@@ -154,10 +156,10 @@ contains
 
    contains
 
-      !> Takes the next argument as the value of an option, which may be given once.
+      !> Takes the next argument as the value of an option, which may be given only once.
       subroutine take_value(option, needs, value)
-         character(*), intent(in) :: option, needs          !! name of the option; its value in words
-         character(:), allocatable, intent(inout) :: value  !! '': not given yet
+         character(*), intent(in) :: option, needs          !! name of the option; description of its value
+         character(:), allocatable, intent(inout) :: value  !! value of the option; '': not given yet
          if (value /= '') then
             call fail(error, option//' is given twice')
          else if (i == size(argument)) then
@@ -180,7 +182,7 @@ contains
       end subroutine take_topic
    end subroutine parse_arguments
 
-   !> A number of seconds; zero if the text is no number.
+   !> A number of seconds; zero if the text is not a number.
    real(wp) function seconds_of(text)
       character(*), intent(in) :: text
       integer :: status

@@ -1,11 +1,11 @@
 !> Estimate of the discretisation error of one number.
 !>
-!> C: estimated exact value minus computed value; A: sum of the absolute error contributions of the elements; D: the part of C that
+!> C: estimated exact value minus computed value. A: sum of the absolute error contributions of the elements. D: the part of C that
 !> the linear estimate by these contributions does not contain. The bar 1.2 |C| + 2 |D| + 0.2 A bounds the error as long as D is
 !> small compared with A. (C alone may be small because contributions cancel, or because two meshes agree that are both too coarse.)
-!> For larger D, errors were up to 3.5 times 5 (A + |D|). This is the bar if it is a small part of the number's size, because the
-!> mesh then resolves the solution; otherwise there is no bar. The constants are from 2550 runs of a prototype over orders, meshes
-!> and structures (at most a third too small there) and were compared with 1394 other runs.
+!> For larger D, errors were up to 3.5 times 5 (A + |D|). This product is the bar if it is a small part of the number's size,
+!> because the mesh then resolves the solution; otherwise there is no bar. The constants come from 2550 runs of a prototype over
+!> orders, meshes and structures (in at most a third the bar was too small there), and were compared with 1394 other runs.
 module error_bar
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kinds, only: wp
@@ -14,15 +14,14 @@ module error_bar
    public :: error_bar_t, error_bars_t, place_bar_t, new_error_bar, no_error_bars, shifted_error_bar, bar_of
    public :: largest_unseen, resolved, allowed_part, lacks_bound
 
-   !> Error estimate of one number; all components have its unit.
+   !> Error estimate of one number. All components have the unit of the number.
    type :: error_bar_t
       logical :: estimated = .false.          !! true: an estimate exists
-      logical :: bounded = .false.            !! the error is within `bar`; false: the mesh is too coarse, and the error may be
-      !! larger
-      real(wp) :: correction = 0.0_wp         !! C
-      real(wp) :: bar = 0.0_wp                !! > 0
+      logical :: bounded = .false. !! true: the error is at most `bar`; false: the mesh is too coarse, and the error may be larger
+      real(wp) :: correction = 0.0_wp         !! C: estimated exact value minus computed value
+      real(wp) :: bar = 0.0_wp                !! bound of the error, > 0
       real(wp) :: rounding = 0.0_wp           !! part of the bar that may be rounding, which no finer mesh reduces
-      logical :: no_number = .false.          !! true: the number itself is no larger than this rounding: it has no relative error
+      logical :: no_number = .false.          !! true: the number is no larger than its rounding, so that it has no relative error
    end type error_bar_t
 
    !> Position at which contact with an obstacle begins or ends along a rod.
@@ -36,46 +35,46 @@ module error_bar
    !> Error estimates of load factor and monitors at a point.
    type :: error_bars_t
       type(error_bar_t) :: load
-      type(error_bar_t), allocatable :: monitor(:) !! (monitors of the deck)
-      type(place_bar_t), allocatable :: place(:) !! touchdown points; not allocated: no estimates
+      type(error_bar_t), allocatable :: monitor(:) !! (monitors of the deck) error estimates
+      type(place_bar_t), allocatable :: place(:) !! error bars of the positions of touchdown points; not allocated: no estimates
       real(wp), allocatable :: share(:, :)    !! (1 + monitors, elements) absolute error contributions of the elements; not
       !! allocated: no estimates
       real(wp), allocatable :: rest(:)        !! (1 + monitors) error from the residual that the iteration left
       logical :: too_coarse = .false.         !! true: no estimates, because the mesh is far too coarse
-      integer :: missed = 0                   !! number of unstable directions of the enriched problem minus that of the problem; 0:
-      !! equal or uncertain
-      logical :: unsure = .false.             !! true: a sign is uncertain, because the discretisation error is as large as an
-      !! eigenvalue, or larger than the change of the load near its turning point
-      logical, allocatable :: may_change(:)   !! (elements) true: contact with a foundation may have opened inside the element
-      !! undetected, or contact with a rigid obstacle may have begun; not allocated: nowhere
-      real(wp) :: unfolding = 0.0_wp          !! bifurcation: force on its null vectors beyond the error of this force; zero at a
-      !! true bifurcation, otherwise no path continues through the point
-      logical :: turned = .false.             !! true: the load rate changes its sign in the enriched problem: set if a line contact
-      !! has become a point contact and the load may be stationary
-      real(wp) :: way = 0.0_wp                !! event: distance along the path from its position to that in the enriched problem
-      !! [arc length]
+      integer :: missed = 0 !! number of unstable directions of the enriched problem minus that of the original problem; 0: they are
+      !! equal, or the difference is uncertain
+      logical :: unsure = .false. !! true: a sign is uncertain, because the discretisation error is as large as an eigenvalue, or
+      !! larger than the change of the load near its turning point
+      logical, allocatable :: may_change(:) !! (elements) true: inside the element contact with a foundation may have opened, or
+      !! contact with a rigid obstacle may have begun, undetected; not allocated: nowhere
+      real(wp) :: unfolding = 0.0_wp !! bifurcation: force on its null vectors less the error of this force; zero at a true
+      !! bifurcation. If it is not zero, no path continues through the point
+      logical :: turned = .false. !! true: the load rate changes its sign in the enriched problem. Set if a line contact has become
+      !! a point contact and the load may be stationary
+      real(wp) :: way = 0.0_wp !! event: distance along the path from its position to its position in the enriched problem [arc
+      !! length]
       character(:), allocatable :: why        !! reason why some estimates are missing
    end type error_bars_t
 
    real(wp), parameter :: of_estimate = 1.2_wp, of_unseen = 2.0_wp, of_shares = 0.2_wp
-   real(wp), parameter :: largest_unseen = 0.3_wp !! largest D over A for a bounded error
-   real(wp), parameter :: at_least = 5.0_wp       !! factor on A + |D|: size of errors that the contributions do not show
+   real(wp), parameter :: largest_unseen = 0.3_wp !! largest ratio D/A for which the error is bounded
+   real(wp), parameter :: at_least = 5.0_wp !! factor on A + |D| that gives the size of errors which the contributions do not show
    real(wp), parameter :: exceeded = 3.5_wp       !! largest ratio of observed errors to this size
-   real(wp), parameter :: resolved = 0.01_wp      !! part of the number's size: errors up to this part were examined
-   real(wp), parameter :: of_difference = 2.0_wp  !! rounding of D, the difference of two numbers, each of which is rounded
-   real(wp), parameter :: any_bar = 1.0_wp        !! part of the number's own size: if an error as large as this is allowed, an
-   !! unbounded error is allowed, too
+   real(wp), parameter :: resolved = 0.01_wp      !! part of the number's size; errors up to this part were examined
+   real(wp), parameter :: of_difference = 2.0_wp  !! rounding of D over the rounding of a number: D is the difference of two numbers
+   real(wp), parameter :: any_bar = 1.0_wp !! part of the number's size: if an error as large as this is allowed, an unbounded error
+   !! is allowed, too
 
 contains
 
    !> Error bar of a number from its estimate. If neither D < 0.3 A nor the error is small compared with the number, the error is
    !> not bounded, and `bar` is only a size that the error may exceed.
    elemental function new_error_bar(correction, unseen, shares, rounding, size) result(error)
-      real(wp), intent(in) :: correction      !! C
-      real(wp), intent(in) :: unseen          !! D
-      real(wp), intent(in) :: shares          !! A >= 0
+      real(wp), intent(in) :: correction      !! C: estimated exact value minus computed value
+      real(wp), intent(in) :: unseen          !! D: the part of C that the linear estimate does not contain
+      real(wp), intent(in) :: shares          !! A: sum of the absolute error contributions of the elements, >= 0
       real(wp), intent(in) :: rounding        !! estimated rounding error of the number, >= 0
-      real(wp), intent(in), optional :: size  !! reference size of this kind of number; absent: unknown
+      real(wp), intent(in), optional :: size  !! reference size for numbers of this kind; absent: unknown
       type(error_bar_t) :: error
       real(wp) :: factor
       error%estimated = ieee_is_finite(correction) .and. ieee_is_finite(unseen) .and. ieee_is_finite(shares)
@@ -89,7 +88,7 @@ contains
          if (.not. error%bounded) factor = at_least
       end if
       error%bar = width(abs(correction), abs(unseen), shares)
-      ! Each of the three estimates contains rounding errors.
+      ! Each of C, D and A contains rounding errors.
       error%rounding = width(min(abs(correction), rounding), min(abs(unseen), of_difference * rounding), min(shares, rounding))
 
    contains
@@ -105,7 +104,7 @@ contains
    !> Error bar of a number that replaces another number with a known bar.
    elemental function shifted_error_bar(known, difference) result(error)
       type(error_bar_t), intent(in) :: known
-      real(wp), intent(in) :: difference      !! the replaced number minus this one
+      real(wp), intent(in) :: difference      !! the replaced number minus the new number
       type(error_bar_t) :: error
       error = known
       if (.not. error%estimated) return
@@ -116,7 +115,7 @@ contains
    !> Error bar of the load factor or of a monitor.
    pure function bar_of(bars, which) result(bar)
       type(error_bars_t), intent(in) :: bars
-      integer, intent(in) :: which            !! 0: the load factor
+      integer, intent(in) :: which            !! index of the monitor; 0: the load factor
       type(error_bar_t) :: bar
       bar = bars%load
       if (which > 0) bar = bars%monitor(which)
@@ -126,8 +125,8 @@ contains
    !> itself are allowed.
    elemental real(wp) function allowed_part(bar, allowed, size) result(part)
       type(error_bar_t), intent(in) :: bar
-      real(wp), intent(in) :: allowed         !! > 0
-      real(wp), intent(in) :: size            !! > 0
+      real(wp), intent(in) :: allowed         !! allowed value of the bar over `size`, > 0
+      real(wp), intent(in) :: size            !! size of the number, > 0
       part = bar%bar / (allowed * size)
       if (bar%no_number) part = 0.0_wp
       if (lacks_bound(bar, allowed)) part = huge(part)
@@ -143,7 +142,7 @@ contains
    !> Error bars without estimates.
    pure function no_error_bars(monitors, why) result(bars)
       integer, intent(in) :: monitors         !! number of monitors
-      character(*), intent(in) :: why         !! reason in words
+      character(*), intent(in) :: why         !! reason why there are no estimates, in words
       type(error_bars_t) :: bars
       allocate (bars%monitor(monitors))
       bars%why = why

@@ -1,4 +1,4 @@
-!> Checks that a name of the file system is a file that can be read from beginning to end.
+!> Checks that a name in the file system is that of a file that can be read from beginning to end.
 module file_kind
    use, intrinsic :: iso_c_binding, only: c_ptr, c_char, c_int, c_long, c_null_char, c_associated
    use errors, only: error_t, fail
@@ -26,10 +26,11 @@ module file_kind
 
 contains
 
-   !> Rejects folders and pipes. Names of files that the shell has opened are accepted, since they may be pipes: unilat <(command).
+   !> Rejects folders and pipes. Names of files that the shell has opened are accepted even if they are pipes: unilat <(command).
    subroutine check_file(path, error)
       character(*), intent(in) :: path                 !! name of the file to be read
-      type(error_t), allocatable, intent(out) :: error !! the name is a folder or a pipe; a missing file is no error
+      type(error_t), allocatable, intent(out) :: error !! allocated: the name is that of a folder or a pipe (a missing file is not
+      !! an error here)
       logical :: there
       integer :: bytes
       inquire (file=path//'/.', exist=there)
@@ -43,8 +44,8 @@ contains
       if (is_pipe(path)) call fail(error, quoted_path(path)//' is empty, or a pipe; a deck from a pipe is read from standard input')
    end subroutine check_file
 
-   !> True for a pipe, and for an empty file that must not be opened for update. A pipe opened for update does not wait for its
-   !> other end, and its position cannot be determined.
+   !> True for a pipe, and for an empty file that must not be opened for update. (A pipe opened for update does not wait for its
+   !> writing end, and its position cannot be determined.)
    logical function is_pipe(path)
       character(*), intent(in) :: path
       type(c_ptr) :: stream

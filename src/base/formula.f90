@@ -1,7 +1,7 @@
 !> Evaluates a formula in a deck, such as 2*pi*EI/L**2.
 !>
-!> Numbers, names, + - * / **, brackets and functions, with the precedence of Fortran: ** first, from the right, then signs, then *
-!> and /, then + and -, from the left. All numbers are real. A result that is not finite is an error.
+!> A formula consists of numbers, names, + - * / **, brackets and functions, with the precedence of Fortran: ** first, from the
+!> right, then signs, then * and /, then + and -, from the left. All numbers are real. A result that is not finite is an error.
 module formula
    use kinds, only: wp, pi, degree
    use printable_text, only: quoted
@@ -22,7 +22,7 @@ contains
       character(*), intent(in) :: string                 !! the formula
       character(*), intent(in) :: known                  !! permitted names, between bars; case is ignored
       real(wp), intent(in) :: value(:)                   !! values of the known names
-      real(wp), intent(out) :: result                    !! finite; 0 after an error
+      real(wp), intent(out) :: result                    !! value of the formula, finite; 0 after an error
       character(:), allocatable, intent(out) :: wrong    !! description of the error, in words; '' if there is none
       integer :: at, depth     ! position in the formula; level of nesting
       at = 1
@@ -273,7 +273,7 @@ contains
          end if
       end subroutine raise
 
-      !> True if exp(a b) overflows. The product itself may overflow in either direction.
+      !> True if exp(a b) overflows. (The product a b itself may overflow, with either sign.)
       pure logical function too_large(a, b)
          real(wp), intent(in) :: a, b
          too_large = (a > 0.0_wp .eqv. b > 0.0_wp) .and. abs(a) > 0.0_wp
@@ -285,7 +285,7 @@ contains
          end if
       end function too_large
 
-      !> Position of the next character that is not blank. At the end of the text, and after an error, it is the position after the
+      !> Position of the next character that is not blank. At the end of the text, and after an error, it is the position behind the
       !> text, so that every loop ends.
       integer function place()
          do place = at, len(string)
@@ -295,7 +295,7 @@ contains
          place = len(string) + 1
       end function place
 
-      !> The next character that is not blank; a blank at the end.
+      !> The next character that is not blank; at the end a blank.
       character(1) function next()
          next = ''
          if (place() <= len(string)) next = string(place():place())
@@ -319,21 +319,21 @@ contains
          if (depth > deepest) call object('too many brackets inside each other')
       end subroutine deeper
 
-      !> Stores an error, unless there was one before.
+      !> Stores an error, unless an error is stored already.
       subroutine object(message)
          character(*), intent(in) :: message
          if (wrong == '') wrong = message
       end subroutine object
    end subroutine evaluate
 
-   !> True for a letter or underscore, then letters, digits and underscores.
+   !> True for a letter or underscore that is followed by letters, digits and underscores.
    pure logical function is_plain_name(string)
       character(*), intent(in) :: string
       is_plain_name = len(string) > 0 .and. verify(string, letters//digits) == 0
       if (is_plain_name) is_plain_name = scan(string(1:1), letters) == 1
    end function is_plain_name
 
-   !> True for names with a meaning in every formula: pi and the functions.
+   !> True for names that have a meaning in every formula: pi and the functions.
    pure logical function is_reserved(string)
       character(*), intent(in) :: string
       is_reserved = word_index(reserved, string) > 0

@@ -11,6 +11,6 @@ module kinds
 
    real(wp), parameter :: pi = 3.141592653589793238462643383279502884_wp
    real(wp), parameter :: degree = pi / 180.0_wp !! one degree in radians
-   real(wp), parameter :: parallel = 1.0e-6_wp    !! [rad] angle below which two directions count as parallel: coordinates of decks
-   !! may have six digits
+   real(wp), parameter :: parallel = 1.0e-6_wp !! angle below which two directions count as parallel [rad]; the coordinates of decks
+   !! may have only six digits
 end module kinds

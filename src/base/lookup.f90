@@ -1,4 +1,4 @@
-!> Finds labels and names in constant time: hash tables with open addressing.
+!> Finds labels and names in constant time, by hash tables with open addressing.
 module lookup
    use kinds, only: i8, name_length
    use text, only: upper
@@ -16,12 +16,12 @@ module lookup
       procedure :: add => add_label
    end type label_map_t
 
-   !> Names in the order in which they were added, each once; upper and lower case are equal.
+   !> Names in the order in which they were added, each once; upper and lower case count as equal.
    type :: name_list_t
       integer :: n = 0
-      character(name_length), allocatable :: name(:)         !! as first typed; the first n are in use
+      character(name_length), allocatable :: name(:) !! names in the spelling in which they were added; only the first n are in use
       logical :: incomplete = .false.                        !! true: names may be missing because their cards have errors
-      character(name_length), allocatable, private :: key(:) !! in capitals
+      character(name_length), allocatable, private :: key(:) !! the names in capitals
       integer, allocatable, private :: slot(:)
    contains
       procedure :: find => find_name
@@ -30,14 +30,14 @@ module lookup
    end type name_list_t
 
    integer, parameter :: vacant = huge(1)
-   integer, parameter :: first_capacity = 16 !! a power of two, as all later ones
+   integer, parameter :: first_capacity = 16 !! a power of two, as are all larger capacities
 
 contains
 
    !> Position of a label; 0 if it was not added.
    pure integer function find_label(self, label)
       class(label_map_t), intent(in) :: self
-      integer, intent(in) :: label !! a label that was added
+      integer, intent(in) :: label !! the label to be found
       integer :: slot
       find_label = 0
       if (self%n == 0) return
@@ -48,8 +48,8 @@ contains
    !> Adds a label, or changes the position of an existing one.
    pure subroutine add_label(self, label, position)
       class(label_map_t), intent(inout) :: self
-      integer, intent(in) :: label    !! not huge(1)
-      integer, intent(in) :: position !! position that find returns, not 0
+      integer, intent(in) :: label    !! label, any integer but huge(1)
+      integer, intent(in) :: position !! position that find_label then returns, not 0
       integer :: slot
       if (.not. allocated(self%key)) then
          allocate (self%key(first_capacity), source=vacant)
@@ -95,7 +95,7 @@ contains
    !> Position of a name in the list; 0 if it is not in the list.
    pure integer function find_name(self, name)
       class(name_list_t), intent(in) :: self
-      character(*), intent(in) :: name !! as typed
+      character(*), intent(in) :: name !! name as typed
       character(name_length) :: key
       find_name = 0
       if (self%n == 0) return
@@ -106,9 +106,9 @@ contains
    !> Position of a name in the list. A name that is not in the list is appended.
    pure subroutine add_name(self, name, position, is_new)
       class(name_list_t), intent(inout) :: self
-      character(*), intent(in) :: name  !! as typed
-      integer, intent(out) :: position  !! in self%name
-      logical, intent(out) :: is_new    !! false: the name was in the list already
+      character(*), intent(in) :: name  !! name as typed
+      integer, intent(out) :: position  !! position of the name in self%name
+      logical, intent(out) :: is_new    !! false: the name was already in the list
       integer :: i
       position = self%find(name)
       is_new = position == 0
@@ -117,7 +117,7 @@ contains
          allocate (self%name(first_capacity), self%key(first_capacity))
          allocate (self%slot(2 * first_capacity), source=0)
       else if (self%n == size(self%name)) then
-         self%name = [self%name, self%name] ! twice the room
+         self%name = [self%name, self%name] ! the length of the array is doubled
          self%key = [self%key, self%key]
          deallocate (self%slot)
          allocate (self%slot(2 * size(self%name)), source=0)

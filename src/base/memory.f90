@@ -1,4 +1,4 @@
-!> Checks before a run whether enough memory is available; otherwise the system would kill the run later.
+!> Checks before a run whether enough memory is available. (Otherwise the system would kill the run later.)
 module memory
    use kinds, only: wp, i8
    implicit none

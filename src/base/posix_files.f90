@@ -15,9 +15,9 @@ module posix_files
    integer, parameter :: is_locked = -1           !! status of lock_file: another process has the lock
    integer, parameter :: is_closed = -2           !! status of write_bytes: the output is closed
 
-   !> Identification of a file written by put_in_place, to detect later changes by others.
+   !> Identification of a file written by put_in_place, by which later changes by other programs are detected.
    type :: file_mark_t
-      integer(c_long) :: number(3) = -1_c_long     !! device, inode, bytes
+      integer(c_long) :: number(3) = -1_c_long     !! device, inode, number of bytes
    end type file_mark_t
 
    interface
@@ -89,11 +89,11 @@ module posix_files
 
 contains
 
-   !> Name of the file to which a name leads through symbolic links; this file need not exist.
+   !> Name of the file to which a name leads through symbolic links; the file need not exist.
    subroutine resolved_name(name, target, status)
       character(*), intent(in) :: name
       character(:), allocatable, intent(out) :: target !! name of the file
-      integer, intent(out) :: status              !! 0, or errno
+      integer, intent(out) :: status              !! 0, or errno: the error number of the system
       character(kind=c_char) :: buffer(longest_name)
       status = int(c_resolve(name//c_null_char, buffer, int(longest_name, c_long)))
       target = name
@@ -103,18 +103,18 @@ contains
    !> Kind of a file, and whether it may be replaced.
    subroutine look_at(name, kind, status)
       character(*), intent(in) :: name
-      integer, intent(out) :: kind                !! kind_...
+      integer, intent(out) :: kind                !! kind of the file, kind_...
       integer, intent(out) :: status              !! 0, or errno: the file may not be replaced
       integer(c_int) :: found
       status = int(c_look_at(name//c_null_char, found))
       kind = int(found)
    end subroutine look_at
 
-   !> Takes a lock that the system removes when the process ends for any reason.
+   !> Takes a lock, which the system removes when the process ends for any reason.
    subroutine lock_file(name, descriptor, owner, status)
       character(*), intent(in) :: name            !! name of the lock file
-      integer, intent(out) :: descriptor          !! for unlock_file
-      character(:), allocatable, intent(out) :: owner !! process that has the lock, if it is locked
+      integer, intent(out) :: descriptor          !! file descriptor that unlock_file needs
+      character(:), allocatable, intent(out) :: owner !! process that has the lock, if the file is locked
       integer, intent(out) :: status              !! 0, is_locked, or errno
       character(kind=c_char) :: buffer(longest_name)
       integer(c_int) :: opened
@@ -128,7 +128,7 @@ contains
    !> Releases a lock.
    subroutine unlock_file(name, descriptor)
       character(*), intent(in) :: name
-      integer, intent(in) :: descriptor           !! from lock_file
+      integer, intent(in) :: descriptor           !! file descriptor from lock_file
       call c_unlock(name//c_null_char, int(descriptor, c_int))
    end subroutine unlock_file
 
@@ -139,20 +139,20 @@ contains
       character(*), intent(in) :: beside          !! name of the temporary file, in the same folder
       character(kind=c_char), intent(in), contiguous :: bytes(:)
       type(file_mark_t), intent(inout) :: mark    !! identification of the new file
-      integer, intent(out) :: status              !! 0, or errno: the old file is unchanged
+      integer, intent(out) :: status              !! 0, or errno: the old file is then unchanged
       status = int(c_put(name//c_null_char, beside//c_null_char, bytes, size(bytes, kind=c_long), mark%number))
    end subroutine put_in_place
 
-   !> Overwrites bytes within a file, whose length stays as it is.
+   !> Overwrites bytes within a file; the length of the file does not change.
    subroutine overwrite(name, at, text, status)
       character(*), intent(in) :: name
-      integer, intent(in) :: at                   !! number of bytes before the first one overwritten
+      integer, intent(in) :: at                   !! number of bytes before the first byte that is overwritten
       character(*), intent(in) :: text            !! new bytes
-      integer, intent(out) :: status              !! 0, or errno
+      integer, intent(out) :: status              !! 0, or errno: the error number of the system
       status = int(c_overwrite(name//c_null_char, int(at, c_long), text, len(text, kind=c_long)))
    end subroutine overwrite
 
-   !> Compares a file with the identification of an earlier one: is_same, is_missing, is_changed (another size) or is_another.
+   !> Compares a file with the identification of an earlier file: is_same, is_missing, is_changed (another size) or is_another.
    integer function what_is_there(name, mark)
       character(*), intent(in) :: name
       type(file_mark_t), intent(in) :: mark
@@ -162,19 +162,19 @@ contains
    !> Renames a file.
    subroutine rename_file(from, to, status)
       character(*), intent(in) :: from, to
-      integer, intent(out) :: status              !! 0, or errno
+      integer, intent(out) :: status              !! 0, or errno: the error number of the system
       status = int(c_rename(from//c_null_char, to//c_null_char))
    end subroutine rename_file
 
    !> Writes text at once, without Fortran's buffers.
    subroutine write_bytes(descriptor, text, status)
-      integer, intent(in) :: descriptor           !! 1: standard output, 2: standard error
+      integer, intent(in) :: descriptor           !! file descriptor: 1: standard output, 2: standard error
       character(*), intent(in) :: text
       integer, intent(out) :: status              !! 0, is_closed, or errno
       status = int(c_write_all(int(descriptor, c_int), text//c_null_char, len(text, kind=c_long)))
    end subroutine write_bytes
 
-   !> The system's message for an error number.
+   !> The system's message about an error number.
    function error_text(status) result(text)
       integer, intent(in) :: status
       character(:), allocatable :: text

@@ -1,24 +1,24 @@
-!> Text of a deck for messages and listings: without control characters, and shortened.
+!> Text of a deck for messages and listings: control characters are replaced, and long texts are shortened.
 !>
-!> A terminal executes control characters: a deck from somebody else must not change colours, cursor or window title of the terminal
-!> that shows a message about the deck.
+!> A terminal executes control characters: a deck from another person must not change colours, cursor or window title of the
+!> terminal that shows a message about the deck.
 module printable_text
    implicit none
    private
    public :: printable, printable_lines, shortened, quoted, quoted_path, character_end, inside_character, &
       & control_place, control_words
 
-   integer, parameter :: longest_quote = 80 !! [bytes] longest quotation of a field in a message: the longest name
-   integer, parameter :: longest_path = 300 !! [bytes] longest file name in a message
-   character(*), parameter :: picture = char(226)//char(144)        !! first two of the three bytes of U+2400 to U+243F
-   character(*), parameter :: no_text = char(239)//char(191)//char(189) !! U+FFFD, the replacement of bytes that are not UTF-8
+   integer, parameter :: longest_quote = 80 !! longest quotation of a field in a message [bytes]: the longest name
+   integer, parameter :: longest_path = 300 !! longest file name in a message [bytes]
+   character(*), parameter :: picture = char(226)//char(144) !! first two of the three bytes of the characters U+2400 to U+243F
+   character(*), parameter :: no_text = char(239)//char(191)//char(189) !! character U+FFFD, which replaces bytes that are not UTF-8
 
 contains
 
-   !> Text in which every control character except the tab is replaced by its picture (U+2400 and following), and every byte that is
-   !> not UTF-8, and every control character U+0080 to U+009F, by U+FFFD. The number of characters is unchanged.
+   !> Text in which every control character except the tab is replaced by its picture (U+2400 and following). Every byte that is not
+   !> UTF-8, and every control character U+0080 to U+009F, is replaced by U+FFFD. The number of characters is unchanged.
    pure function printable(string) result(shown)
-      character(*), intent(in) :: string !! any bytes
+      character(*), intent(in) :: string !! text of any bytes
       character(:), allocatable :: shown
       integer :: i, n, length
       shown = string
@@ -42,9 +42,9 @@ contains
       shown = shown(:n)
    end function printable
 
-   !> Printable form of a text of several lines: line feeds are kept.
+   !> Printable form of a text that has several lines: line feeds are kept.
    pure function printable_lines(string) result(shown)
-      character(*), intent(in) :: string !! any bytes
+      character(*), intent(in) :: string !! text of any bytes
       character(:), allocatable :: shown, line
       integer :: first, length, n
       allocate (character(3 * len(string)) :: shown)
@@ -64,16 +64,16 @@ contains
    !> Appends a piece to a text, which must be long enough for it.
    pure subroutine put(text, n, piece)
       character(*), intent(inout) :: text
-      integer, intent(inout) :: n          !! number of bytes so far
+      integer, intent(inout) :: n          !! number of bytes of the text so far
       character(*), intent(in) :: piece
       text(n + 1:n + len(piece)) = piece
       n = n + len(piece)
    end subroutine put
 
-   !> Text shortened to a number of bytes at most, between characters, with " ... " in place of its middle.
+   !> Text shortened to at most a given number of bytes, between characters; its middle is replaced by " ... ".
    pure function shortened(string, most) result(short)
       character(*), intent(in) :: string
-      integer, intent(in) :: most        !! [bytes] largest length, 20 or more
+      integer, intent(in) :: most        !! largest length [bytes], 20 or more
       character(:), allocatable :: short
       integer :: first, last
       short = string
@@ -83,7 +83,7 @@ contains
       short = string(:first)//' ... '//string(last:)
    end function shortened
 
-   !> Quotation of a deck in a message: the text itself, or the first characters of a long text and its number of bytes.
+   !> Quotation from a deck in a message: the text, or the first characters of a long text and its number of bytes.
    pure function quoted(string) result(quote)
       character(*), intent(in) :: string
       character(:), allocatable :: quote
@@ -98,14 +98,14 @@ contains
       quote = printable(string(:first))//'... ('//trim(number)//' characters)'
    end function quoted
 
-   !> File name in a message: beginning and end of a long one.
+   !> File name in a message; of a long one the beginning and the end.
    pure function quoted_path(path) result(quote)
       character(*), intent(in) :: path
       character(:), allocatable :: quote
       quote = printable(shortened(path, longest_path))
    end function quoted_path
 
-   !> Position of the last byte of the character to which a byte belongs.
+   !> Position of the last byte of the character to which a given byte belongs.
    pure integer function character_end(string, place) result(last)
       character(*), intent(in) :: string
       integer, intent(in) :: place       !! position of the byte
@@ -150,9 +150,10 @@ contains
       end select
    end function control_words
 
-   !> Number of bytes of the UTF-8 character at the beginning of a text; 0: not UTF-8, or a control character U+0080 to U+009F.
+   !> Number of bytes of the UTF-8 character at the beginning of a text; 0: it is not UTF-8, or a control character U+0080 to
+   !> U+009F.
    pure integer function character_length(bytes) result(length)
-      character(*), intent(in) :: bytes !! 1 to 4
+      character(*), intent(in) :: bytes !! 1 to 4 bytes
       integer :: i
       select case (iachar(bytes(1:1)))
       case (0:127)
@@ -173,19 +174,19 @@ contains
       if (length == 2 .and. iachar(bytes(1:1)) == 194 .and. iachar(bytes(2:2)) < 160) length = 0
    end function character_length
 
-   !> True for the second and later bytes of a UTF-8 character.
+   !> True for the second and further bytes of a UTF-8 character.
    pure logical function inside_character(byte)
       character(1), intent(in) :: byte
       inside_character = iand(iachar(byte), 192) == 128
    end function inside_character
 
-   !> True for the control characters of ASCII except the tab.
+   !> True for ASCII control characters except the tab.
    pure logical function is_control(letter)
       character(1), intent(in) :: letter
       is_control = (iachar(letter) < 32 .or. iachar(letter) == 127) .and. letter /= achar(9)
    end function is_control
 
-   !> Characters that need no replacement: those of most texts.
+   !> Characters that need no replacement; most texts consist of these.
    pure function plain() result(letters)
       character(96) :: letters
       integer :: i

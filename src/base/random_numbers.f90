@@ -14,7 +14,8 @@ module random_numbers
 
    integer(i8), parameter :: modulus_1 = 2147483563_i8, factor_1 = 40014_i8
    integer(i8), parameter :: modulus_2 = 2147483399_i8, factor_2 = 40692_i8
-   integer, parameter :: n_discarded = 16 !! numbers discarded at first, so that neighbouring seeds give unrelated sequences
+   integer, parameter :: n_discarded = 16 !! count of numbers that are discarded at first, so that neighbouring seeds give unrelated
+   !! sequences
 
 contains
 

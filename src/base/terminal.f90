@@ -1,8 +1,8 @@
 !> Detects terminals, and colours text for them.
 !>
-!> Colours are escape sequences (ECMA-48, SGR). A terminal gets them unless the environment has NO_COLOR (no-color.org) or its TERM
-!> is empty or "dumb"; FORCE_COLOR requests colours also if the output is passed on to a terminal. NO_COLOR and FORCE_COLOR do not
-!> count if they are empty.
+!> Colours are escape sequences (ECMA-48, SGR). A terminal gets them unless environment variable NO_COLOR is set (no-color.org) or
+!> TERM is empty or "dumb". FORCE_COLOR requests colours also if the output is passed on to a terminal by another program. NO_COLOR
+!> and FORCE_COLOR have no effect if they are empty.
 module terminal
    use, intrinsic :: iso_c_binding, only: c_int
    implicit none
@@ -17,7 +17,7 @@ module terminal
    end enum
 
    interface
-      !> POSIX: 1 if a file descriptor is a terminal.
+      !> POSIX function: 1 if a file descriptor is a terminal.
       integer(c_int) function c_isatty(descriptor) bind(c, name='isatty')
          import :: c_int
          integer(c_int), value :: descriptor
@@ -28,7 +28,7 @@ contains
 
    !> True if a file descriptor is a terminal.
    logical function is_terminal(descriptor)
-      integer, intent(in) :: descriptor !! standard_...
+      integer, intent(in) :: descriptor !! file descriptor, standard_...
       is_terminal = c_isatty(int(descriptor, c_int)) == 1
    end function is_terminal
 
@@ -50,7 +50,7 @@ contains
    pure function painted(text, colour, wanted) result(string)
       character(*), intent(in) :: text
       integer, intent(in) :: colour  !! bold, red or green
-      logical, intent(in) :: wanted  !! result of has_colours; false: text unchanged
+      logical, intent(in) :: wanted  !! result of has_colours; false: the text is not changed
       character(:), allocatable :: string
       character(*), parameter :: escape = achar(27)//'['
       character(2) :: code

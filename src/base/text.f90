@@ -1,4 +1,4 @@
-!> Small helpers for words and numbers: comparing, parsing, printing, listing.
+!> Small procedures for words and numbers: comparing, parsing, printing, listing.
 module text
    use kinds, only: wp, i8
    implicit none
@@ -6,22 +6,22 @@ module text
    public :: upper, squeeze, same_name, is_blank, to_text, rounded, nearest_word, plural
    public :: parse_integer, parse_real, word_count, word_at, word_index, separated
 
-   !> The shortest text of an integer of either kind, or of a real that reads back as the same number.
+   !> The shortest text of an integer of either kind; or the shortest text of a real that reads back as the same number.
    interface to_text
       module procedure integer_to_text, long_to_text, real_to_text
    end interface to_text
 
-   integer(i8), parameter :: room_for_a_digit = 900719925474099_i8 !! below it, 10 m + 9 is exact in working precision
+   integer(i8), parameter :: room_for_a_digit = 900719925474099_i8 !! for m below this number 10 m + 9 is exact in working precision
    real(wp), parameter :: power_of_ten(0:22) = [1e0_wp, 1e1_wp, 1e2_wp, 1e3_wp, 1e4_wp, 1e5_wp, 1e6_wp, 1e7_wp, &
       1e8_wp, &
       & 1e9_wp, 1e10_wp, 1e11_wp, 1e12_wp, 1e13_wp, 1e14_wp, 1e15_wp, 1e16_wp, 1e17_wp, 1e18_wp, 1e19_wp, 1e20_wp, &
-      & 1e21_wp, 1e22_wp]                        !! all exact in working precision
+      & 1e21_wp, 1e22_wp]                        !! all numbers are exact in working precision
 
 contains
 
    !> The text in upper case (ASCII letters only; other bytes are unchanged).
    pure function upper(string) result(capital)
-      character(*), intent(in) :: string !! any text
+      character(*), intent(in) :: string !! text with any characters
       character(len(string)) :: capital
       integer, parameter :: distance = iachar('a') - iachar('A')
       integer :: i
@@ -33,10 +33,10 @@ contains
 
    !> The text in upper case without blanks: the form in which words of the deck are compared.
    pure function squeeze(string) result(word)
-      character(*), intent(in) :: string !! any text
+      character(*), intent(in) :: string !! text with any characters
       character(:), allocatable :: word
       integer :: i, n
-      allocate (character(len(string)) :: word) ! not on the stack, which a long line of a deck would fill
+      allocate (character(len(string)) :: word) ! (an allocated text is not on the stack, which a long line of a deck would fill)
       n = 0
       do i = 1, len(string)
          if (is_blank(string(i:i))) cycle
@@ -72,7 +72,7 @@ contains
       character(20) :: buffer
       integer(i8) :: left
       integer :: first
-      ! The most negative integer has no positive counterpart: the digits are those of a negative number.
+      ! The most negative integer has no positive counterpart: its digits are taken from a negative number.
       left = value
       if (value > 0) left = -value
       first = len(buffer) + 1
@@ -107,7 +107,7 @@ contains
          read (buffer, *) again
          if (abs(again - value) <= 0.0_wp) exit
       end do
-      ! The buffer contains [-]d.ddde+xxxx; it is rewritten in the usual notation.
+      ! The buffer contains [-]d.ddde+xxxx, which is rewritten in the usual notation.
       buffer = adjustl(buffer)
       string = ''
       if (buffer(1:1) == '-') then
@@ -142,10 +142,10 @@ contains
       string = to_text(short)
    end function rounded
 
-   !> "1 error", "2 errors".
+   !> Number and noun: "1 error", "2 errors".
    pure function plural(number, noun) result(string)
       integer, intent(in) :: number    !! number of things
-      character(*), intent(in) :: noun !! in the singular; the plural takes an s
+      character(*), intent(in) :: noun !! noun in the singular; the plural is formed with s
       character(:), allocatable :: string
       string = to_text(number)//' '//noun
       if (number /= 1) string = string//'s'
@@ -153,7 +153,7 @@ contains
 
    !> Number of words in a list separated by bars, such as 'RECT|CIRC|PIPE'.
    pure integer function word_count(list)
-      character(*), intent(in) :: list !! words between bars; blank: no words
+      character(*), intent(in) :: list !! words between bars; blank: there are none
       integer :: i
       word_count = 0
       if (len_trim(list) == 0) return
@@ -176,10 +176,10 @@ contains
       word = list(first:last)
    end function word_at
 
-   !> The words of a list separated by bars with another separator between them.
+   !> The words of a list with another separator instead of bars.
    pure function separated(list, separator) result(string)
       character(*), intent(in) :: list      !! words between bars
-      character(*), intent(in) :: separator !! such as ', '
+      character(*), intent(in) :: separator !! separator, such as ', '
       character(:), allocatable :: string
       integer :: first, last
       string = ''
@@ -192,7 +192,7 @@ contains
       end do
    end function separated
 
-   !> Position of a word in a list separated by bars, case and blanks ignored; 0 when it is not there.
+   !> Position of a word in a list separated by bars; case and blanks are ignored; 0 if the word is not in the list.
    pure integer function word_index(list, word)
       character(*), intent(in) :: list !! words between bars
       character(*), intent(in) :: word !! the word as typed
@@ -218,12 +218,12 @@ contains
       integer :: distance, least, first, last
       nearest = ''
       key = squeeze(word)
-      least = len_trim(word) / 3 + 1 ! one wrong letter in three; no similar word is sought for shorter words
+      least = len_trim(word) / 3 + 1 ! one wrong letter in three; for a shorter word there is no similar word
       last = 0
       do
          call next_word(list, first, last)
          if (first == 0) exit
-         ! The distance is at least the difference of the numbers of each letter.
+         ! The distance is at least the sum, over all letters, of the differences of their numbers in the two words.
          each = squeeze(list(first:last))
          distance = abs(len(each) - len(key))
          if (distance < least) distance = edit_distance(each, key)
@@ -237,8 +237,8 @@ contains
    !> Finds the next word of a list separated by bars.
    pure subroutine next_word(list, first, last)
       character(*), intent(in) :: list
-      integer, intent(out) :: first    !! 0: there is no further word
-      integer, intent(inout) :: last   !! end of the previous word, 0 at first; on return the end of this word
+      integer, intent(out) :: first    !! first character of the word; 0: there is no further word
+      integer, intent(inout) :: last   !! last character of the word; in: that of the previous word, 0 at first
       integer :: bar
       first = last + 1
       if (last > 0) first = last + 2
@@ -277,8 +277,8 @@ contains
 
    !> Reads an integer that fills the whole text.
    pure subroutine parse_integer(string, value, ok)
-      character(*), intent(in) :: string !! no blanks around it
-      integer, intent(out) :: value      !! if not ok: huge(1) for an integer that is too large, else 0
+      character(*), intent(in) :: string !! text without blanks at its ends
+      integer, intent(out) :: value      !! value of the integer; if not ok: huge(1) for an integer that is too large, else 0
       logical, intent(out) :: ok         !! false: not an integer, or out of range
       integer(i8) :: total
       integer :: i, first
@@ -303,17 +303,17 @@ contains
 
    !> Reads a Fortran real (1, 1.5, .5, 1e5, 1D-5) that fills the whole text.
    pure subroutine parse_real(string, value, ok)
-      character(*), intent(in) :: string !! no blanks around it
-      real(wp), intent(out) :: value     !! if not ok: huge for a real of 1e308 or more, else 0
-      logical, intent(out) :: ok         !! false: not a real, or 1e308 and more
+      character(*), intent(in) :: string !! text without blanks at its ends
+      real(wp), intent(out) :: value     !! value of the real; if not ok: huge for a real of 1e308 or more, else 0
+      logical, intent(out) :: ok         !! false: the text is not a real, or the value is 1e308 or more
       integer(i8) :: mantissa
       integer :: i, digits, scale, exponent, mark
       logical :: exact
       value = 0.0_wp
       ok = .false.
       mantissa = 0
-      digits = 0       ! digits seen before the exponent
-      scale = 0        ! power of ten of the last digit taken into the mantissa
+      digits = 0       ! number of digits before the exponent
+      scale = 0        ! power of ten of the last digit that is in the mantissa
       exact = .true.
       mark = 0
       i = 1
@@ -350,7 +350,8 @@ contains
          ok = .true.
          return
       end if
-      ! Values below 1e308 by the position of the leading digit are accepted; values too small for the number range become zero.
+      ! Values below 1e308, judged by the position of the leading digit, are accepted; values too small for the number range become
+      ! zero.
       if (log10(real(mantissa, wp)) + scale >= 308.0_wp) then
          value = huge(value)
          return
@@ -358,7 +359,7 @@ contains
       ok = .true.
       if (log10(real(mantissa, wp)) + scale < -330.0_wp) return
       if (exact .and. abs(scale) <= ubound(power_of_ten, 1)) then
-         ! Both factors are exact, so that the result is rounded only once, correctly.
+         ! Both factors are exact: the result is rounded only once, correctly.
          if (scale >= 0) value = real(mantissa, wp) * power_of_ten(scale)
          if (scale < 0) value = real(mantissa, wp) / power_of_ten(-scale)
          if (string(1:1) == '-') value = -value

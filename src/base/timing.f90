@@ -1,10 +1,10 @@
-!> Distribution of a run's time: seconds and calls of each phase, and counters of the work.
+!> Distribution of a run's time: seconds and calls of each phase, and counters of the work done.
 !>
-!> The program has one clock, a global variable: its measurements change no result, so it is not passed in argument lists.
+!> The program has one clock, a global variable. Its measurements change no result, so that it need not be passed in argument lists.
 !>
-!> A phase started inside another one pauses the outer one, so that the seconds of all phases never exceed the elapsed time. A start
-!> or stop needs one clock call (about 20 ns). All time spent on error bars counts as phase_accuracy: during that time other phases
-!> and all counters are suspended.
+!> A phase started inside another one pauses the outer phase, so that the seconds of all phases never exceed the elapsed time. A
+!> start or stop needs one clock call (about 20 ns). All time spent on error bars counts as phase_accuracy: during that time the
+!> other phases and all counters are suspended.
 module timing
    use kinds, only: wp, i8
    implicit none
@@ -48,7 +48,7 @@ module timing
       enumerator :: counter_cut           !! shortened increments
       enumerator :: counter_located       !! critical and user points located
       enumerator :: counter_remeshed      !! new meshes made to reduce errors
-      enumerator :: counter_evaluated     !! elements evaluated, with their tangents
+      enumerator :: counter_evaluated     !! evaluations of elements with their tangents
       enumerator :: counter_largest       !! number of elements of the largest mesh used for points
    end enum
    integer, parameter :: n_counters = counter_largest
@@ -59,10 +59,10 @@ module timing
 
    type :: timers_t
       private
-      integer(i8) :: first = -1_i8             !! clock at the first start; -1: nothing started yet
-      integer(i8) :: mark = 0_i8               !! clock time from which the innermost running phase is charged
+      integer(i8) :: first = -1_i8             !! clock ticks at the first start; -1: no phase has been started yet
+      integer(i8) :: mark = 0_i8               !! clock ticks from which the innermost running phase is charged
       integer :: depth = 0
-      integer :: running(n_phases) = 0         !! running phases, outermost first; each at most once
+      integer :: running(n_phases) = 0         !! running phases, the outermost first; each at most once
       integer(i8) :: ticks(n_phases) = 0_i8
       integer(i8) :: calls(n_phases) = 0_i8
       integer(i8) :: counter(n_counters) = 0_i8
@@ -72,10 +72,10 @@ module timing
 
 contains
 
-   !> Starts a phase; the running phase is paused until this one stops. If the phase is already running, it is stopped first, with
-   !> all phases started inside it, so that a missing stop at an early return does no harm.
+   !> Starts a phase; the running phase is paused until this one stops. If the phase is already running, it is first stopped, with
+   !> all phases started inside it, so that a missing stop at an early return has no consequences.
    subroutine timing_start(phase)
-      integer, intent(in) :: phase             !! phase_...
+      integer, intent(in) :: phase             !! number of the phase, phase_...
       if (rests(phase)) return
       if (any(timers%running(:timers%depth) == phase)) then
          call timing_stop(phase)
@@ -87,9 +87,9 @@ contains
       timers%calls(phase) = timers%calls(phase) + 1
    end subroutine timing_start
 
-   !> Stops a phase and all phases started inside it; the phase around it continues. Does nothing if the phase is not running.
+   !> Stops a phase and all phases started inside it; the phase around it continues. Nothing is done if the phase is not running.
    subroutine timing_stop(phase)
-      integer, intent(in) :: phase             !! phase_...
+      integer, intent(in) :: phase             !! number of the phase, phase_...
       integer :: level
       if (rests(phase)) return
       call charge()
@@ -101,21 +101,21 @@ contains
       end do
    end subroutine timing_stop
 
-   !> Seconds spent in a phase, without phases started inside it; a running phase counts up to the last start or stop.
+   !> Seconds spent in a phase, without phases started inside it. For a running phase they are counted up to the last start or stop.
    function timing_seconds(phase) result(seconds)
-      integer, intent(in) :: phase             !! phase_...
+      integer, intent(in) :: phase             !! number of the phase, phase_...
       real(wp) :: seconds
       seconds = real(timers%ticks(phase), wp) / ticks_per_second()
    end function timing_seconds
 
    !> Number of times a phase was started.
    function timing_calls(phase) result(calls)
-      integer, intent(in) :: phase             !! phase_...
+      integer, intent(in) :: phase             !! number of the phase, phase_...
       integer(i8) :: calls
       calls = timers%calls(phase)
    end function timing_calls
 
-   !> Seconds from the first start of any phase until now; 0 when none was started.
+   !> Seconds from the first start of any phase until now; 0 if no phase was started.
    function timing_total() result(seconds)
       real(wp) :: seconds
       integer(i8) :: now
@@ -127,8 +127,8 @@ contains
 
    !> Adds to a counter.
    subroutine count_up(counter, by)
-      integer, intent(in) :: counter           !! counter_...
-      integer, intent(in), optional :: by      !! how many, default 1
+      integer, intent(in) :: counter           !! number of the counter, counter_...
+      integer, intent(in), optional :: by      !! number that is added, default: 1
       if (rests(phase_path)) return
       if (present(by)) then
          timers%counter(counter) = timers%counter(counter) + by
@@ -137,9 +137,9 @@ contains
       end if
    end subroutine count_up
 
-   !> Keeps the largest of the values of a counter.
+   !> Stores the largest of the values of a counter.
    subroutine count_largest(counter, value)
-      integer, intent(in) :: counter           !! counter_...
+      integer, intent(in) :: counter           !! number of the counter, counter_...
       integer, intent(in) :: value
       if (rests(phase_path)) return
       timers%counter(counter) = max(timers%counter(counter), int(value, i8))
@@ -147,14 +147,14 @@ contains
 
    !> The value of a counter.
    function counted(counter) result(value)
-      integer, intent(in) :: counter           !! counter_...
+      integer, intent(in) :: counter           !! number of the counter, counter_...
       integer(i8) :: value
       value = timers%counter(counter)
    end function counted
 
-   !> True for a phase that is suspended because error bars are being computed.
+   !> True if a phase is suspended because error bars are being computed.
    logical function rests(phase)
-      integer, intent(in) :: phase             !! phase_...
+      integer, intent(in) :: phase             !! number of the phase, phase_...
       rests = phase /= phase_accuracy .and. any(timers%running(:timers%depth) == phase_accuracy)
    end function rests
 
@@ -163,7 +163,7 @@ contains
       timers = timers_t()
    end subroutine timing_reset
 
-   !> Charges the time since the last start or stop to the innermost running phase.
+   !> Adds the time since the last start or stop to the innermost running phase.
    subroutine charge()
       integer(i8) :: now
       integer :: phase
@@ -176,7 +176,7 @@ contains
       timers%mark = now
    end subroutine charge
 
-   !> Clock rate of system_clock for the kind of the ticks above.
+   !> Clock rate of system_clock for integers of the kind of the ticks.
    function ticks_per_second() result(rate)
       real(wp) :: rate
       integer(i8) :: ticks

@@ -1,5 +1,5 @@
-!> Independent checks of an equilibrium point: global and nodal balance, signs, complementarity, laws of foundations. The assembled
-!> residual is not used: loads, support reactions and contact forces are summed from their definitions.
+!> Independent checks of an equilibrium point: global and nodal balance, signs of reactions, complementarity, laws of foundations.
+!> The assembled residual is not used: loads, support reactions and contact forces are summed from their definitions.
 module balance
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -14,7 +14,7 @@ module balance
    use section_forces, only: end_forces
    use span_forces, only: span_totals, end_force
    use track_nodes, only: rolled_t, rolled
-   use conforming_span, only: lying_t, conforming_forces, density_samples, smooth_parts
+   use conforming_span, only: conforming_state_t, conforming_forces, density_samples, smooth_parts
    use deck_nodes, only: deck_contact_gaps, find_node
    use element_foundation, only: foundation_forces
    use rod_profile, only: profile_t, new_profile, mend_ends, profile_error_bound
@@ -29,20 +29,21 @@ module balance
    private
    public :: measure_balance
 
-   real(wp), parameter :: line_slack = 1.0e-5_wp !! part of the size: error of forces from densities, which are derivatives of the
-   !! solution
-   real(wp), parameter :: least_reaction = 1.0e-6_wp !! least reaction as reference of signs, over the largest force
+   real(wp), parameter :: line_slack = 1.0e-5_wp !! part of the structure's size: error of forces from densities, which are
+   !! derivatives of the solution
+   real(wp), parameter :: least_reaction = 1.0e-6_wp !! smallest reaction, over the largest force, to which the sign of a reaction
+   !! is related
 
 contains
 
-   !> Raises the worst values in `accuracy` by those of a converged state.
+   !> Updates the worst values in `accuracy` with those of a converged state.
    !>
-   !> Errors are relative to the largest force or reaction of the run so far: in a state almost without forces, rounding is a large
-   !> part of its own forces. The force errors due to the rounding of positions are subtracted.
+   !> Errors are related to the largest force or reaction of the run so far: in a state almost without forces, rounding is a large
+   !> part of the forces. Force errors caused by the rounding of positions are subtracted.
    subroutine measure_balance(problem, state, at, residual, accuracy, touches_in)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(place_t), intent(in) :: at            !! place of the point in the run
+      type(place_t), intent(in) :: at            !! position of the point in the run
       real(wp), intent(in) :: residual
       type(accuracy_t), intent(inout) :: accuracy
       integer, intent(in), optional :: touches_in !! element in which a contact span begins at this point; 0: none
@@ -53,13 +54,13 @@ contains
       integer :: e, i, node
 
       size_ = problem%size
-      ! The stress-free start is no equilibrium, for initial overlaps may exist.
+      ! At the stress-free start there is no equilibrium to check, because initial overlaps may exist.
       if (is_stress_free(state)) return
       call note_worst(accuracy, check_residual, residual, at)
       allocate (support(3, problem%model%mesh%n_nodes), source=0.0_wp)
       middle = 0.5_wp * (maxval(state%geometry%x, 2) + minval(state%geometry%x, 2))
       total = 0.0_wp
-      ! Rounding error of all foundations' forces, from that of positions.
+      ! Rounding error of all foundations' forces, caused by the rounding of positions.
       noise = problem%ground%stiffest * rounding_gap(problem) * count(problem%ground%founded)
       scale = max(problem%force_floor, accuracy%force)
       elements: do e = 1, problem%model%mesh%n_elements
@@ -72,7 +73,7 @@ contains
          rod => rod_at(problem, e)
          scale = max(scale, rod%force_scale(problem, state, e))
          force = rod%load_sum(problem, state, e, middle)
-         ! The load on a foundation need not pass through any section.
+         ! The load on a foundation need not pass through any cross section.
          scale = max(scale, maxval(abs(force(1:2))))
          total = total + force
       end do elements
@@ -112,7 +113,7 @@ contains
 
    contains
 
-      !> Adds the forces and moments on the nodes that carry obstacles, opposite to those of the obstacles.
+      !> Adds the forces and moments on the nodes that carry obstacles: the opposites of the forces of these obstacles.
       subroutine add_carried()
          real(wp) :: totals(3, size(problem%model%contact), size(problem%model%obstacle)), moment(size(problem%model%obstacle))
          real(wp) :: gap, normal(2), bend, push(3)
@@ -138,7 +139,7 @@ contains
          end do
       end subroutine add_carried
 
-      !> Adds the forces of springs between nodes and of ties: each tie balances its own component and acts on the nodes that it
+      !> Adds the forces of springs between nodes and of ties. Each tie balances its own component and acts on the nodes that it
       !> follows.
       subroutine add_joints()
          real(wp) :: push, arm(2)
@@ -153,7 +154,7 @@ contains
          do i = size(problem%model%tie), 1, -1
             associate (tie => problem%model%tie(i))
                push = left(tie%component, tie%node)
-               ! Links may transmit forces that are no section forces.
+               ! Rigid links may transmit forces that are not section forces.
                if (tie%component < 3) scale = max(scale, abs(push))
                call act(tie%node, tie%component, push)
                do k = 1, size(tie%of)
@@ -166,7 +167,7 @@ contains
          end do
       end subroutine add_joints
 
-      !> Adds a force or moment on a node. A support may balance it.
+      !> Adds a force or moment on a node, unless a support balances it.
       subroutine act(on, component, push)
          integer, intent(in) :: on, component
          real(wp), intent(in) :: push
@@ -179,12 +180,12 @@ contains
          total = total + [f(1:2), f(3) + x(1) * f(2) - x(2) * f(1)]
       end subroutine act
 
-      !> Adds the forces of contact spans, and checks their nodes.
+      !> Adds the forces of contact spans, and checks the nodes of contact spans.
       subroutine add_spans()
          real(wp) :: totals(3, size(problem%model%contact), size(problem%model%obstacle)), moment(size(problem%model%obstacle))
          real(wp) :: push, gap, normal(2), bend, local(3), x(2), angle, density, tau, counted(2)
          type(rolled_t) :: roll
-         type(lying_t) :: kept
+         type(conforming_state_t) :: kept
          type(profile_t) :: profile
          real(wp), allocatable :: gaps(:), place(:, :)
          integer :: c, e, i, parts, mesh_node
@@ -199,7 +200,7 @@ contains
             if (abs(roll%way) > 0.0_wp) normal = roll%normal
             associate (node => problem%candidates%node(c))
                left(:, node) = left(:, node) - push * [normal, roll%arm(1) * normal(2) - roll%arm(2) * normal(1)]
-               ! If a support of the node carries a part of the force, the support reaction contains it.
+               ! If a support of the node carries a part of the force, this part is contained in the support reaction.
                counted = merge(push * normal, 0.0_wp, problem%model%fixed(1:2, node))
                x = node_position(state, node) + roll%arm - middle
                total = total - [counted, x(1) * counted(2) - x(2) * counted(1)]
@@ -209,8 +210,7 @@ contains
                   & least_reaction * scale), at, node=problem%model%mesh%node_label(node))
             end associate
          end do
-         ! Signs of the densities along line contacts, then penetration at the deck's nodes, which may differ from those of the
-         ! mesh.
+         ! Signs of the densities along line contacts; then penetration at the deck's nodes, which the mesh may lack.
          do e = 1, problem%model%mesh%n_elements
             if (problem%conforms(e) == 0) cycle
             parts = density_samples * smooth_parts(problem, state, e, 1.0_wp)
@@ -229,11 +229,12 @@ contains
                call deck_contact_gaps(problem, state, c, gaps, place)
                do i = 1, size(node)
                   call find_node(problem, state, node(i), mesh_node, e, tau)
-                  ! At the onset of a contact span the gap of its node is used: it is more accurate than the element's polynomial.
+                  ! Where a contact span begins, the gap of its node is used, which is more accurate than the polynomial of the
+                  ! element.
                   if (present(touches_in) .and. e > 0) then
                      if (e == touches_in) cycle
                   end if
-                  ! The doubt matters only where the penetration would be the worst without it.
+                  ! The interpolation error is needed only if the penetration would be the worst without it.
                   if (-gaps(i) / problem%size <= accuracy%worst(check_penetration)%value) cycle
                   if (e > 0 .and. gaps(i) < 0.0_wp) gaps(i) = gaps(i) + place_error(e, tau, profile)
                   call note_worst(accuracy, check_penetration, -gaps(i) / problem%size, at, &
@@ -243,9 +244,8 @@ contains
          end do
       end subroutine add_spans
 
-      !> Accepted tension [force, > 0] at a line contact's node on a support with fixed rotation (a symmetry plane). A tension of
-      !> two thirds of the pressure lifts a short length of rod (lifted_node); this length may be as short as the shortest line
-      !> contact.
+      !> Accepted tension [force, > 0] at a line contact's node on a support that fixes the rotation (a symmetry plane). Tension
+      !> lifts a length of rod of 3/2 tension over pressure (lifted_node); this length may be as short as the shortest line contact.
       real(wp) function least_push(c)
          integer, intent(in) :: c
          real(wp) :: density, local(3), x(2), angle
@@ -262,11 +262,11 @@ contains
          end do
       end function least_push
 
-      !> Interpolation error of the position between nodes; a penetration within this error is not counted.
+      !> Interpolation error of the position between nodes; a penetration below this error is not counted.
       real(wp) function place_error(e, tau, profile) result(doubt)
          integer, intent(in) :: e
          real(wp), intent(in) :: tau
-         type(profile_t), intent(inout) :: profile !! that of the last point, with its ends mended; undefined: none
+         type(profile_t), intent(inout) :: profile !! profile of the last point, with its ends mended; undefined: none
          if (profile%element /= e) then
             profile = new_profile(problem, state, e)
             if (problem%conforms(e) == 0) call mend_ends(problem, state, profile, 2)
@@ -293,7 +293,7 @@ contains
                if (problem%ground%chain%bilateral(inner%source(q))) cycle
                most = max(most, inner%pressure(q))
                push(1) = inner%pressure(q)
-               ! On an element too long to resolve the pressure only the integral of the pressure is meaningful.
+               ! On an element too long to resolve the pressure only the integral of the pressure has a meaning.
                if (.not. follows(problem, state, inner%source(q))) push(1) = sum(inner%weight(:inner%n) * &
                   & inner%pressure(:inner%n), mask=inner%source(:inner%n) == inner%source(q))
                if (state%segment(inner%source(q)) /= segment_unknown) push(1) = min(0.0_wp, push(1) + segment_stiffness(problem, &
@@ -308,29 +308,29 @@ contains
       end subroutine add_foundations
    end subroutine measure_balance
 
-   !> Part of an error beyond rounding.
+   !> Part of an error that exceeds its rounding.
    pure real(wp) function beyond(error, noise)
       real(wp), intent(in) :: error, noise
       beyond = max(error - noise, 0.0_wp)
    end function beyond
 
-   !> Checks signs, complementarity and laws of contact at nodes, and adds its forces to the balances.
+   !> Checks signs, complementarity and laws of contact at nodes, and adds the forces of this contact to the balances.
    subroutine measure_contact(problem, state, at, scale, middle, accuracy, total, left)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(place_t), intent(in) :: at
-      real(wp), intent(in) :: scale              !! largest force
-      real(wp), intent(in) :: middle(2)          !! reference point of moments
+      real(wp), intent(in) :: scale              !! largest force so far
+      real(wp), intent(in) :: middle(2)          !! reference point of the moments
       type(accuracy_t), intent(inout) :: accuracy
-      real(wp), intent(inout) :: total(3)        !! total force and moment
-      real(wp), intent(inout) :: left(:, :)      !! (3, nodes) unbalanced force and moment
-      real(wp), parameter :: let_in = 10.0_wp * gap_tolerance ! accepted penetration of an open node, over the size
+      real(wp), intent(inout) :: total(3)        !! total force (x, y) and moment
+      real(wp), intent(inout) :: left(:, :)      !! (3, nodes) unbalanced forces and moments
+      real(wp), parameter :: let_in = 10.0_wp * gap_tolerance ! accepted penetration of an open node, over the structure's size
       real(wp) :: x(2), force(2), gap, normal(2), bend, largest, push, spring, depth, unsettled, uncertain
       integer :: c, i, node, label
       logical :: rigid, coupled
       if (problem%candidates%n == 0) return
       accuracy%reaction = max(accuracy%reaction, maxval(abs(state%reaction)))
-      ! Reactions within rounding have no sign.
+      ! Reactions that are within rounding have no sign to check.
       largest = max(accuracy%reaction, least_reaction * scale)
       unsettled = max(sign_slack, 10.0_wp * problem%model%step(problem%step)%tolerance) * scale
       do c = 1, problem%candidates%n
@@ -361,8 +361,8 @@ contains
          else
             if (.not. problem%candidates%bilateral(c) .and. state%reaction(c) > 0.0_wp .and. gap > 0.0_wp) &
                & call note(check_complementarity, state%reaction(c) * gap / (largest * problem%size))
-            call foundation_answer(problem, c, gap, push, spring)
-            ! An open node may penetrate until its reaction would exceed the tolerance of equilibrium, the accuracy to which the
+            call foundation_response(problem, c, gap, push, spring)
+            ! An open node may penetrate until its reaction would exceed the tolerance of equilibrium, the accuracy with which the
             ! onset of contact is located.
             uncertain = rounding_gap(problem)
             if (.not. state%active(c)) uncertain = let_in * problem%size
@@ -375,7 +375,7 @@ contains
 
    contains
 
-      !> Keeps a value of the present candidate if it is worse than those before.
+      !> Stores a value of the present candidate if it is worse than all values before.
       subroutine note(check, value)
          integer, intent(in) :: check
          real(wp), intent(in) :: value
@@ -384,11 +384,11 @@ contains
    end subroutine measure_contact
 
    !> Force of a foundation at a node for a given gap.
-   pure subroutine foundation_answer(problem, candidate, gap, push, spring)
+   pure subroutine foundation_response(problem, candidate, gap, push, spring)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
       real(wp), intent(in) :: gap
-      real(wp), intent(out) :: push, spring    !! force, and its derivative by the penetration
+      real(wp), intent(out) :: push, spring    !! force; its derivative by the penetration
       real(wp) :: penetration
       penetration = -gap
       if (.not. problem%candidates%bilateral(candidate)) penetration = max(penetration, 0.0_wp)
@@ -396,5 +396,5 @@ contains
          & spring)
       push = push * problem%candidates%tributary(candidate)
       spring = spring * problem%candidates%tributary(candidate)
-   end subroutine foundation_answer
+   end subroutine foundation_response
 end module balance

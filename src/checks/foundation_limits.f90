@@ -1,4 +1,4 @@
-!> Foundations that are too stiff for their elements or for the rounding of gaps.
+!> Foundations that are too stiff for the length of their elements or for the rounding error of gaps.
 module foundation_limits
    use kinds, only: wp
    use text, only: to_text, rounded
@@ -15,7 +15,7 @@ module foundation_limits
 
 contains
 
-   !> Message why Newton's method may fail because of a foundation; '' if no foundation is too stiff.
+   !> Message that explains why Newton's method may fail because of a foundation; '' if no foundation is too stiff.
    function why_too_stiff(problem, state, system) result(why)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

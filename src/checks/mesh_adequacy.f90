@@ -1,8 +1,8 @@
 !> Adequacy of the mesh where an obstacle constrains a rod at its nodes only.
 !>
 !> Between the nodes the rod bends freely although the obstacle would support it, and a compressed rod bends in waves of the length
-!> 2 pi (EI/N)^(1/2). With mu = N h^2/EI, N in compression, an element of length h can be inadequate in four ways; the limit of each
-!> is the value that changes a load by `wanted`:
+!> 2 pi (EI/N)^(1/2). With mu = N h^2/EI (N > 0 in compression), an element of length h can be inadequate in four ways. The limit of
+!> each is the value of mu that changes a load by the relative error `wanted`:
 !>
 !> - buckled:  with both nodes in contact the element buckles through the obstacle between them, alternately to both sides, at
 !>             mu = pi^2 (elements whose stages represent bending: GE4 and higher).
@@ -24,28 +24,29 @@ module mesh_adequacy
    use columns, only: scientific
    implicit none
    private
-   public :: verdict_t, judge_mesh, verdict_words, compression
+   public :: adequacy_t, measure_adequacy, adequacy_words, compression
 
    real(wp), parameter :: wanted = 0.01_wp !! accepted relative error of a load
    integer, parameter :: buckled = 1, unheld = 2, unbent = 3, slack = 4
    real(wp), parameter :: limits(4) = [pi**2, pi**2 / 8.0_wp, wanted, 2.5_wp * wanted]
 
-   !> The measure of the mesh's adequacy that is worst in one state, see the module's header.
-   type :: verdict_t
+   !> The measure of the mesh's adequacy that is worst in one state; the measures are described in the header of this module.
+   type :: adequacy_t
       real(wp) :: ratio = 0.0_wp              !! worst measure over its limit; above 1 the mesh is too coarse
-      real(wp) :: value = 0.0_wp              !! worst measure
+      real(wp) :: value = 0.0_wp              !! value of the worst measure
       real(wp) :: limit = 0.0_wp
       integer :: kind = 0
-      integer, allocatable :: element(:)      !! labels of the elements beyond the limit; of the worst element if there are none
-   end type verdict_t
+      integer, allocatable :: element(:) !! labels of the elements beyond the limit; if there are none, the label of the worst
+      !! element
+   end type adequacy_t
 
 contains
 
    !> Evaluates the adequacy of the elements between neighbouring candidates of contacts at nodes.
-   subroutine judge_mesh(problem, state, verdict)
+   subroutine measure_adequacy(problem, state, verdict)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state     !! converged
-      type(verdict_t), intent(out) :: verdict
+      type(adequacy_t), intent(out) :: verdict
       real(wp), allocatable :: measure(:, :), spent(:)
       real(wp) :: mu, energy
       integer :: c, next, e, stages, held
@@ -80,14 +81,14 @@ contains
          e = maxloc(worst, 1)
          verdict%element = [label(e)]
          if (verdict%ratio <= 1.0_wp) return
-         ! The measure `slack` has one value for all elements; the elements with more than the average contribution to it are
-         ! listed.
+         ! The measure `slack` is the same for all elements; the listed elements are those with more than the average contribution
+         ! to it.
          if (verdict%kind == slack) worst = (spent / sum(spent)) * (count(spent > 0.0_wp) * verdict%limit)
          verdict%element = pack(label, worst > verdict%limit .or. label == label(e))
       end associate
-   end subroutine judge_mesh
+   end subroutine measure_adequacy
 
-   !> mu of an element: normal force in its middle, > 0 in compression, times h^2/EI; zero in tension.
+   !> mu of an element: normal force in the element's middle, > 0 in compression, times h^2/EI; zero in tension.
    real(wp) function compression(problem, state, e) result(mu)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -95,8 +96,8 @@ contains
       mu = max(-middle_force(problem, state, e), 0.0_wp) * state%geometry%element(e)%length**2 * problem%compliance(e)%bending
    end function compression
 
-   !> Normal force in the middle of an element, > 0 in tension: the mean force of the ends in the mean direction. The mean of the
-   !> ends' normal forces would cancel on an element that turns by half a circle.
+   !> Normal force in the middle of an element, > 0 in tension: the mean of the end forces in the mean direction. (The mean of the
+   !> two normal forces would cancel in an element that turns by half a circle.)
    real(wp) function middle_force(problem, state, e) result(force)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -107,9 +108,9 @@ contains
       force = 0.5_wp * dot_product(first(1:2) + second(1:2), [cos(angle), sin(angle)])
    end function middle_force
 
-   !> Relative error of the critical load of a wave in a rod of elements with this mu, see `unbent` in the module's header.
+   !> Relative error of the critical load of a wave in a rod of elements with this mu, see `unbent` in the header of this module.
    pure real(wp) function wave_error(stages, mu) result(error)
-      integer, intent(in) :: stages          !! 0: UL2
+      integer, intent(in) :: stages          !! number of stages; 0: UL2 element
       real(wp), intent(in) :: mu
       integer :: i
       error = mu / 12.0_wp
@@ -157,9 +158,9 @@ contains
       end function mean_square
    end function strain_energy
 
-   !> One sentence for the user: the elements, their defect, the remedy.
-   pure function verdict_words(verdict) result(words)
-      type(verdict_t), intent(in) :: verdict !! beyond its limit
+   !> Message for the user in one sentence: the elements, their defect, the remedy.
+   pure function adequacy_words(verdict) result(words)
+      type(adequacy_t), intent(in) :: verdict !! verdict with a ratio above 1
       character(:), allocatable :: words
       words = trim(merge('element ', 'elements', size(verdict%element) == 1))//' '//ranges(verdict%element)
       select case (verdict%kind)
@@ -182,13 +183,13 @@ contains
          character(:), allocatable :: text
          text = scientific(x, 2)
       end function number
-   end function verdict_words
+   end function adequacy_words
 
-   !> Labels as ranges, at most the first few: "3-7, 12".
+   !> Labels of elements as ranges, at most the first few: "3-7, 12".
    pure function ranges(label) result(text)
-      integer, intent(in) :: label(:)        !! increasing within each run of neighbours
+      integer, intent(in) :: label(:)        !! labels, increasing within each run of neighbouring elements
       character(:), allocatable :: text
-      integer, parameter :: most = 5         ! largest number of ranges that is readable
+      integer, parameter :: most = 5         ! largest number of ranges in a message
       integer :: i, first, n
       text = ''
       n = 0

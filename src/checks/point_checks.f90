@@ -1,4 +1,4 @@
-!> Checks of every recorded point: balance and signs, adequacy of mesh and number representation.
+!> Checks of every recorded point: balance and signs, adequacy of the mesh, and accuracy of the numbers.
 module point_checks
    use kinds, only: wp
    use text, only: to_text
@@ -6,7 +6,7 @@ module point_checks
    use rod_state, only: state_t, is_stress_free
    use ground_segments, only: followed_part
    use balance, only: measure_balance
-   use mesh_adequacy, only: verdict_t, judge_mesh, verdict_words
+   use mesh_adequacy, only: adequacy_t, measure_adequacy, adequacy_words
    use run_accuracy, only: accuracy_t, place_t, note_worst, begin_point, take_point, check_mesh, check_rounding, check_rolling, &
       & check_strain, worst_t, check_penetration, check_tension, check_complementarity, check_foundation, check_force_balance, &
       & check_moment_balance, check_node_balance
@@ -21,33 +21,34 @@ module point_checks
    private
    public :: check_point, failed_words
 
-   !> Smallest ratio of rounding to the stiffness along the path that causes a warning: limit points are shifted by this fraction of
-   !> an increment, and their loads by its square.
+   !> Smallest ratio of rounding error to stiffness along the path that causes a warning: limit points are shifted by this fraction
+   !> of an increment, and their loads by its square.
    real(wp), parameter :: told_rounding = 0.1_wp
 
    !> Strain above which a warning is given. The rod theory neglects strain compared with 1: it uses the lengths, depths and
-   !> stiffness of a section without strain, and errors relative to the forces have the size of the strain.
+   !> stiffness of a section without strain. The relative errors of forces are as large as the strain.
    real(wp), parameter :: told_strain = 0.05_wp
 
-   ! Bounds of the checks, far above the values of converged points.
-   real(wp), parameter :: unbalanced = 1.0e-4_wp     !! relative to the largest force
-   real(wp), parameter :: misplaced = 1.0e-7_wp      !! relative to the size of the structure
+   ! Bounds of the checks, far above the values at converged points:
+   real(wp), parameter :: unbalanced = 1.0e-4_wp     !! largest unbalanced force, over the largest force
+   real(wp), parameter :: misplaced = 1.0e-7_wp      !! largest error of a position, over the structure's size
 
 contains
 
-   !> Updates the worst values by those of a point, and adds a warning to the point if the mesh or the number representation is
+   !> Updates the worst values with those of a point. Adds a warning to the point if the mesh or the accuracy of the numbers is
    !> inadequate.
    subroutine check_point(problem, state, system, at, touches_in, point, accuracy, wrong)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged
       type(system_t), intent(in) :: system       !! assembled and factored at `state`
-      type(place_t), intent(in) :: at            !! place of the point in the run
+      type(place_t), intent(in) :: at            !! position of the point in the run
       integer, intent(in) :: touches_in          !! element in which a contact span begins at this point; 0: none
-      type(point_t), intent(inout) :: point      !! recorded point, with its residual
+      type(point_t), intent(inout) :: point      !! recorded point, which contains its residual
       type(accuracy_t), intent(inout) :: accuracy
-      character(:), allocatable, intent(out) :: wrong !! message why the point is no equilibrium; '': it passes the checks
+      character(:), allocatable, intent(out) :: wrong !! message that explains why the point is not an equilibrium; '': it passes
+      !! the checks
       type(accuracy_t) :: here
-      type(verdict_t) :: verdict
+      type(adequacy_t) :: verdict
       associate (step => problem%model%step(problem%step))
          accuracy%asked = max(accuracy%asked, max(step%asked, step%asked_of_path) * maxval(norm2(state%u(1:2, :), 1)) / &
             & problem%size)
@@ -56,9 +57,9 @@ contains
       call measure_balance(problem, state, at, point%residual, here, touches_in)
       wrong = failed_words(here)
       call take_point(accuracy, here)
-      call judge_mesh(problem, state, verdict)
+      call measure_adequacy(problem, state, verdict)
       if (size(verdict%element) > 0) call note_worst(accuracy, check_mesh, verdict%ratio, at, element=verdict%element(1))
-      if (verdict%ratio > 1.0_wp) call warn('the mesh is too coarse', verdict_words(verdict), accuracy%mesh_words)
+      if (verdict%ratio > 1.0_wp) call warn('the mesh is too coarse', adequacy_words(verdict), accuracy%mesh_words)
       call warn_of_rounding()
       call warn_of_rolling()
       call warn_of_strain()
@@ -77,7 +78,7 @@ contains
             & 'by about that part', accuracy%strain_words)
       end subroutine warn_of_strain
 
-      !> Warns if the rod can roll: its displacements are then only one solution of a family.
+      !> Warns if a rod can roll: its displacements are then only one of many solutions.
       subroutine warn_of_rolling()
          character(:), allocatable :: names, where
          integer :: m
@@ -86,24 +87,25 @@ contains
          where = 'node '//to_text(problem%model%mesh%node_label(problem%rolling))
          call warn('the loads do not tell how far the rod rolls about '//where, 'contact is as long before it as after it, by '// &
             & 'choice; loads and forces are the same for others, displacements are not', accuracy%rolling_words)
-         if (allocated(accuracy%hanging_words)) return
+         if (allocated(accuracy%undetermined_words)) return
          names = ''
          do m = 1, size(problem%deck%monitor)
             if (left_open(problem, m, state, system)) names = names//', '//trim(problem%deck%monitor(m)%name)
          end do
-         if (names /= '') accuracy%hanging_words = 'from point '//to_text(at%point)//' (load factor '//brief(at%load_factor)// &
+         if (names /= '') &
+            & accuracy%undetermined_words = 'from point '//to_text(at%point)//' (load factor '//brief(at%load_factor)// &
             & ') on the loads do not tell how far the rod rolls about '//where//', nor what hangs on it: '//names(3:)
       end subroutine warn_of_rolling
 
       !> Warns if rounding is a large part of the stiffness along the path. Near limit points and on plateaus this stiffness is
-      !> almost zero; rounding is then compared with the stiffness of the previous point, or with bending.
+      !> almost zero; rounding is then compared with the stiffness at the previous point, or with the bending stiffness.
       subroutine warn_of_rounding()
          real(wp) :: stiffness, rounding, scale
-         ! The path does not depend on the tangent of a start with a stiffness homotopy, see stiffness_homotopy.
+         ! After a start with a stiffness homotopy the path does not depend on the tangent of the start (see stiffness_homotopy).
          if (is_stress_free(state) .and. followed_part(problem) < 1.0_wp) return
          call path_stiffness(problem, state, system, stiffness, rounding)
          scale = max(stiffness, accuracy%stiffness, bending_stiffness(problem))
-         ! At a located point, some function is zero: its stiffness is no reference for later points.
+         ! At a located point some function is zero: the stiffness there is no reference for later points.
          if (point%label == '') accuracy%stiffness = stiffness
          call note_worst(accuracy, check_rounding, rounding / scale, at)
          if (rounding > told_rounding * scale) call warn('rounding spoils limit points and stability', &
@@ -111,7 +113,7 @@ contains
             & rounding_cure(problem, state), accuracy%rounding_words)
       end subroutine warn_of_rounding
 
-      !> Keeps the first warning of its kind for the run, and adds it to the point.
+      !> Stores the first warning of its kind for the run, and adds it to the point.
       subroutine warn(what, words, kept)
          character(*), intent(in) :: what, words
          character(:), allocatable, intent(inout) :: kept
@@ -125,9 +127,9 @@ contains
       end subroutine warn
    end subroutine check_point
 
-   !> Names of the checks that a point fails, with value and place; '' if the point passes all checks.
+   !> Names of the checks that a point fails, with value and position; '' if it passes all checks.
    pure function failed_words(here) result(text)
-      type(accuracy_t), intent(in) :: here       !! worst values of that point alone
+      type(accuracy_t), intent(in) :: here       !! worst values of this point alone
       character(:), allocatable :: text
       text = ''
       call check_bound('balance of forces', here%worst(check_force_balance), unbalanced)
@@ -151,7 +153,7 @@ contains
       end subroutine check_bound
    end function failed_words
 
-   !> "at point 12 (load factor 1.5), node 7"
+   !> Position of a value in words: "at point 12 (load factor 1.5), node 7"
    pure function place_in_words(at) result(text)
       type(place_t), intent(in) :: at
       character(:), allocatable :: text

@@ -1,7 +1,8 @@
-!> The almost complementary basis of Lemke's method: its inverse, the exchange of one variable, and the ratio test.
+!> The almost complementary basis of Lemke's method: its inverse, the exchange of a variable, and the ratio test.
 !>
-!> The inverse is explicit and updated by rank one at each pivot. The basic values and the entering column are computed anew from M
-!> and q, with the size of the summed terms. Pivots, ties and zeros are compared with this size, not with an absolute number.
+!> The inverse is stored explicitly and updated by rank one at each pivot. The basic values and the entering column are computed
+!> from M and q at each pivot, together with the sum of the magnitudes of their terms. Pivots, ties and zeros are compared with this
+!> sum, not with an absolute number.
 module lcp_basis
    use kinds, only: wp
    use lapack, only: dgetrf, dgetri
@@ -10,16 +11,16 @@ module lcp_basis
    public :: scaled_lcp_t, basis_t
    public :: start, invert, exchange, evaluate_basis, least_row, blocking_row
 
-   ! The rounding of a sum of n terms is about sqrt(n) eps times their size, and rarely n eps.
+   ! The rounding error of a sum of n terms is about sqrt(n) eps times the sum of their magnitudes, and rarely n eps times it.
    real(wp), parameter :: pivot_tolerance = 16.0_wp * epsilon(1.0_wp)
    real(wp), parameter :: tie_tolerance = 8.0_wp * epsilon(1.0_wp)
 
-   !> The problem in scaled form, the largest |q| between 1/2 and 1.
+   !> The problem in scaled form; the largest |q| is between 1/2 and 1.
    type :: scaled_lcp_t
       integer :: n = 0
       real(wp), allocatable :: m(:, :)            !! R M C
       real(wp), allocatable :: q(:)               !! R q / 2**q_exponent
-      real(wp), allocatable :: artificial(:)      !! column of z0 in  w - M z + artificial z0 = q
+      real(wp), allocatable :: artificial(:)      !! column of the artificial variable z0 in w - M z + artificial z0 = q
       integer, allocatable :: row_exponent(:)     !! R = diag(2**row_exponent)
       integer, allocatable :: column_exponent(:)  !! C = diag(2**column_exponent)
       integer :: q_exponent = 0
@@ -28,26 +29,26 @@ module lcp_basis
 
    !> A basis B of  w - M z + artificial z0 = q. Variables have the numbers 1..n: w, n+1..2n: z, 2n+1: z0.
    type :: basis_t
-      integer, allocatable :: variable(:)         !! (n) the variable that is basic in each row
-      integer, allocatable :: row_of_w(:)         !! (n) the row where w(j) is basic, or 0
+      integer, allocatable :: variable(:)         !! (n) number of the variable that is basic in each row
+      integer, allocatable :: row_of_w(:)         !! (n) row in which w(j) is basic; 0: it is not basic
       real(wp), allocatable :: inverse(:, :)      !! (n, n) inverse of B
       real(wp), allocatable :: row_size(:)        !! (n) 1-norm of the rows of the inverse
-      real(wp), allocatable :: value(:)           !! (n) inverse q
-      real(wp), allocatable :: value_size(:)      !! (n) |inverse| |q|
-      real(wp), allocatable :: column(:)          !! (n) inverse times the column that enters
-      logical :: ties = .true.                    !! true: values equal up to rounding are ties; false: only equal values are
+      real(wp), allocatable :: value(:)           !! (n) values of the basic variables: inverse times q
+      real(wp), allocatable :: value_size(:)      !! (n) |inverse| times |q|, the sum of magnitudes in `value`
+      real(wp), allocatable :: column(:)          !! (n) inverse times the column of the variable that enters
+      logical :: ties = .true. !! true: values that differ by rounding count as equal; false: only identical values do
    end type basis_t
 
 contains
 
-   !> Starts from the complementary basis of a set of active pairs. The column of z0 is chosen so that the basis has the covering
-   !> vector d.
+   !> Starts from the complementary basis of a set of active pairs. The column of z0 is chosen so that, in this basis, it is the
+   !> covering vector d.
    subroutine start(problem, active, d, basis, ok)
       type(scaled_lcp_t), intent(inout) :: problem
-      logical, intent(in) :: active(:) !! (n) true: z is basic, else w
+      logical, intent(in) :: active(:) !! (n) true: z(i) is basic; false: w(i) is basic
       real(wp), intent(in) :: d(:)     !! (n) covering vector, > 0
       type(basis_t), intent(inout) :: basis
-      logical, intent(out) :: ok !! .false.: the basis is singular
+      logical, intent(out) :: ok !! false: the basis is singular
       integer :: j, n
 
       n = problem%n
@@ -70,7 +71,7 @@ contains
       e(j) = 1.0_wp
    end function unit_vector
 
-   !> The column of a variable in  w - M z + artificial z0 = q.
+   !> Column of a variable in w - M z + artificial z0 = q.
    pure function column_of(problem, variable) result(a)
       type(scaled_lcp_t), intent(in) :: problem
       integer, intent(in) :: variable
@@ -84,11 +85,11 @@ contains
       end if
    end function column_of
 
-   !> Forms the inverse from scratch.
+   !> Computes the inverse from the columns of the basis.
    subroutine invert(problem, basis, ok)
       type(scaled_lcp_t), intent(in) :: problem
       type(basis_t), intent(inout) :: basis
-      logical, intent(out) :: ok !! .false.: the basis is singular
+      logical, intent(out) :: ok !! false: the basis is singular
       integer, parameter :: block = 32
       integer :: i, n, info, pivot(problem%n)
       real(wp) :: work(block * problem%n)
@@ -107,7 +108,7 @@ contains
    !> Updates the inverse after the variable in `row` is replaced by `entering`, whose column is in basis%column.
    subroutine exchange(basis, row, entering)
       type(basis_t), intent(inout) :: basis
-      integer, intent(in) :: row, entering !! row of the inverse, number of the variable
+      integer, intent(in) :: row, entering !! row of the inverse; number of the variable that enters
       real(wp) :: factor
       integer :: i, j, n
 
@@ -128,7 +129,8 @@ contains
       end if
    end subroutine exchange
 
-   !> Values of the basic variables and the entering column, with the size of their terms, which bounds their rounding error.
+   !> Computes the values of the basic variables and the entering column, with the sums of magnitudes that bound their rounding
+   !> errors.
    subroutine evaluate_basis(problem, entering, basis)
       type(scaled_lcp_t), intent(in) :: problem
       integer, intent(in) :: entering !! number of the variable
@@ -150,7 +152,7 @@ contains
          basis%value_size(i) = abs(problem%q(j))
          basis%column(i) = a(j)
       end do
-      ! Columns j of the inverse have no zeros if w(j) is not basic.
+      ! Column j of the inverse is a full vector only if w(j) is not basic; else it is a unit vector.
       do j = 1, n
          if (basis%row_of_w(j) /= 0) cycle
          do i = 1, n
@@ -178,7 +180,7 @@ contains
       end do
    end subroutine evaluate_basis
 
-   !> Row of the variable that reaches zero first as the entering variable grows; 0 if none does.
+   !> Row of the basic variable that first reaches zero as the entering variable grows; 0: none does.
    integer function blocking_row(basis, z0) result(row)
       type(basis_t), intent(in) :: basis
       integer, intent(in) :: z0 !! number of the artificial variable
@@ -196,12 +198,12 @@ contains
       row = least_row(basis, value, basis%column, candidate)
    end function blocking_row
 
-   !> Row with the least vector (value, inverse(1), ..., inverse(n))/weight in lexicographic order, among the rows of a mask.
+   !> Row with the least vector (value, inverse(1), ..., inverse(n))/weight in lexicographic order, among the rows with `mask`.
    integer function least_row(basis, value, weight, mask) result(row)
       type(basis_t), intent(in) :: basis
       real(wp), intent(in) :: value(:)
-      real(wp), intent(in) :: weight(:) !! > 0 where mask
-      logical, intent(in) :: mask(:)    !! true for the rows to choose from, at least one
+      real(wp), intent(in) :: weight(:) !! (n) weights, > 0 where `mask` is true
+      logical, intent(in) :: mask(:)    !! (n) true for the rows from which one is chosen; at least one
       logical :: candidate(size(mask))
       integer :: j
 
@@ -214,7 +216,7 @@ contains
       row = maxloc(weight, 1, candidate)
    end function least_row
 
-   !> Expected rounding error of sums of terms of the given size.
+   !> Expected rounding error of sums whose terms have the given magnitudes.
    pure function slack_of(basis, terms) result(slack)
       type(basis_t), intent(in) :: basis
       real(wp), intent(in) :: terms(:)
@@ -223,11 +225,11 @@ contains
       if (basis%ties) slack = tie_tolerance * terms
    end function slack_of
 
-   !> Keeps those candidates whose value/weight is the least, or equal to the least within rounding.
+   !> Of the candidate rows, keeps those whose value/weight is the least or equal to it within rounding.
    pure subroutine keep_least(value, slack, weight, candidate)
       real(wp), intent(in) :: value(:)
-      real(wp), intent(in) :: slack(:)  !! rounding of the values
-      real(wp), intent(in) :: weight(:) !! > 0 where candidate
+      real(wp), intent(in) :: slack(:)  !! rounding errors of the values
+      real(wp), intent(in) :: weight(:) !! weights, > 0 for candidate rows
       logical, intent(inout) :: candidate(:)
       real(wp) :: least, least_slack
       integer :: i, first

@@ -2,8 +2,9 @@
 !>
 !> An artificial variable z0 makes the negative rows feasible (w = q + M z + d z0, d > 0 the covering vector) and is then driven
 !> out: the variable that enters the basis is always the complement of the variable that has just left. The inverse of the basis is
-!> explicit and updated by rank one; the values and the entering column are computed anew from M and q at each pivot: O(n**2) per
-!> pivot. Where M is positive definite, exchanges of all wrong signs at once come first: a dozen sweeps, not hundreds of pivots.
+!> explicit and updated by rank one. The values and the entering column are computed anew from M and q at each pivot, O(n**2)
+!> operations per pivot. If M is positive definite, all pairs with a wrong sign are first exchanged at once, repeatedly: this takes
+!> a dozen sweeps instead of hundreds of pivots.
 !>
 !> Measures for reliability:
 !>   scaling     M and q become R M C and R q, R and C diagonal powers of two, so that nothing is rounded. R = C where
@@ -28,19 +29,20 @@ module lemke
 
    integer, parameter :: lcp_solved = 0
    !> The path of this covering vector ends on a ray. If M is positive semidefinite (copositive-plus), no solution exists; with a
-   !> P-matrix this cannot happen; for other matrices another covering vector may reach a solution. The outcome is the same if
-   !> rounding hides the ray: the computed forces are so large that they balance without q, and all digits of q are lost.
+   !> P-matrix a ray cannot occur; for other matrices another covering vector may lead to a solution. The outcome is the same if
+   !> rounding hides the ray: the computed forces are then so large that they balance without q, and all digits of q are lost.
    integer, parameter :: lcp_ray = 1
    integer, parameter :: lcp_pivot_limit = 2
-   !> The basis is singular to rounding, the values repeatedly violate a sign or an equation, or an argument is invalid.
+   !> The basis is singular to rounding, the values repeatedly violate a sign or an equation, or an argument is invalid:
    integer, parameter :: lcp_breakdown = 3
 
-   integer, parameter :: max_starts = 30 !! largest number of starts; about 15 were needed with 130 pairs at z = w = 0 among 400
+   integer, parameter :: max_starts = 30 !! largest number of starts; a problem of 400 pairs, of which 130 had z = w = 0, needed
+   !! about 15
 
-   !> Accepted relative violation of a solution, over n. LU factors with one refinement leave much less.
+   !> Accepted relative violation of a solution, over n. LU factors with one refinement leave a much smaller one.
    real(wp), parameter :: answer_tolerance = 16.0_wp * epsilon(1.0_wp)
 
-   !> Difference of two entries of M, near 1 in size, that is rounding: Cholesky's method then neglects it.
+   !> Difference of two entries of M, of magnitude 1, that counts as rounding: Cholesky's method is used if M is symmetric up to it.
    real(wp), parameter :: symmetry_tolerance = 4.0_wp * epsilon(1.0_wp)
 
    !> Relative size of q, over n, below which M z = -q equals M z = 0 to rounding. The rounding errors of the path reach a sixth of
@@ -51,17 +53,18 @@ contains
 
    !> Solves  w = q + M z,  w >= 0,  z >= 0,  z.w = 0.
    !>
-   !> z and w are defined on return for every outcome: z = 0, w = q unless solved. If solved, no value is negative, and in each pair
-   !> z(i) or w(i) is exactly zero. M and q are taken as exact: no entry is neglected as too small.
+   !> z and w are defined on return for every outcome: z = 0 and w = q unless the problem is solved. If it is solved, no value is
+   !> negative, and in each pair z(i) or w(i) is exactly zero. M and q are taken as exact: no entry is neglected because it is
+   !> small.
    subroutine solve_lcp(m, q, z, w, outcome, pivots, cover, max_pivots)
-      real(wp), intent(in) :: m(:, :)            !! (n, n) any units, any mixture of them
-      real(wp), intent(in) :: q(:)               !! (n), n = 0 is allowed
-      real(wp), intent(out) :: z(:)              !! (n)
-      real(wp), intent(out) :: w(:)              !! (n)
+      real(wp), intent(in) :: m(:, :)            !! (n, n) matrix, in any units
+      real(wp), intent(in) :: q(:)               !! (n) right-hand side; n = 0 is allowed
+      real(wp), intent(out) :: z(:)              !! (n) solution z
+      real(wp), intent(out) :: w(:)              !! (n) solution w
       integer, intent(out) :: outcome            !! lcp_solved, lcp_ray, lcp_pivot_limit or lcp_breakdown
-      integer, intent(out) :: pivots             !! exchanges of a basic variable, over all starts
+      integer, intent(out) :: pivots             !! number of exchanges of a basic variable, over all starts
       real(wp), intent(in), optional :: cover(:) !! (n) covering vector, in units of w, all > 0; default: default_cover
-      integer, intent(in), optional :: max_pivots !! default: 1000 + 50 n
+      integer, intent(in), optional :: max_pivots !! largest number of pivots; default: 1000 + 50 n
 
       type(scaled_lcp_t) :: problem
       type(basis_t) :: basis
@@ -105,9 +108,9 @@ contains
       active = .false.
       starts: do attempt = 1, max_starts
          if (attempt > 1) then
-            ! All values of the wrong sign in the set found are near zero: from now on the signs are used, not the lexicographic
-            ! order of ties. Another covering vector and, in every second start, the omission of pairs in tension lead to another
-            ! set.
+            ! All values of the wrong sign in the set found are near zero: from now on the signs are used instead of the
+            ! lexicographic order of ties. Another covering vector and, in every second start, the omission of pairs with negative z
+            ! lead to another set.
             basis%ties = .false.
             d = default_cover(n, attempt)
             if (modulo(attempt, 2) == 0) active = active .and. z > 0.0_wp
@@ -136,14 +139,15 @@ contains
       w = q
    end subroutine solve_lcp
 
-   !> Exchanges all pairs with a wrong sign at once, until there is none: Newton's method for min(z, w) = 0 (Hintermueller, Ito,
-   !> Kunisch, SIAM J. Optim. 13 (2003) 865-888), used if M is positive definite, so that the solution is unique.
+   !> Exchanges all pairs with a wrong sign at once, repeatedly, until there is none: Newton's method for min(z, w) = 0
+   !> (Hintermueller, Ito, Kunisch, SIAM J. Optim. 13 (2003) 865-888). It is used if M is positive definite, so that the solution is
+   !> unique.
    subroutine exchange_signs(problem, z, w, ok, exchanges)
       type(scaled_lcp_t), intent(inout) :: problem
-      real(wp), intent(out) :: z(:), w(:)      !! as solve_active gives them
-      logical, intent(out) :: ok               !! false: M is not positive definite, or wrong signs are left
+      real(wp), intent(out) :: z(:), w(:)      !! solution as returned by solve_active
+      logical, intent(out) :: ok               !! false: M is not positive definite, or wrong signs remain
       integer, intent(inout) :: exchanges
-      !> Lemke's method takes about 10 n**3 operations for n pivots, a sweep at most 2/3 n**3.
+      !> Lemke's method takes about 10 n**3 operations for n pivots, one exchange of all wrong signs at most 2/3 n**3.
       integer, parameter :: max_sweeps = 15
       real(wp) :: a(problem%n, problem%n)
       logical :: active(problem%n), next(problem%n), ray
@@ -181,23 +185,23 @@ contains
       end select
    end function outcome_name
 
-   !> Covering vector of the scaled problem: multiples of the golden ratio modulo 1, spread evenly over (0.1, 1), with very
-   !> different values of neighbours. Compliances of beams are smooth: with (1, ..., 1) neighbours become basic together, and most
-   !> must leave again (2300 pivots if all 400 pairs end active). With this vector the number of pivots is little above the number
-   !> of active pairs.
+   !> Covering vector of the scaled problem: multiples of the golden ratio modulo 1, spread evenly over (0.1, 1); neighbouring
+   !> entries differ strongly. The compliances of beams are smooth: with (1, ..., 1) neighbours become basic together, and most of
+   !> them must leave again (2300 pivots if all 400 pairs end active). With this vector the number of pivots is little above the
+   !> number of active pairs.
    pure function default_cover(n, shift) result(d)
       integer, intent(in) :: n
-      integer, intent(in) :: shift !! a different vector for each value
+      integer, intent(in) :: shift !! number of the vector: each value gives a different one
       real(wp) :: d(n)
       integer :: i
       d = [(0.1_wp + 0.9_wp * modulo(golden * real(i + 2 * shift, wp), 1.0_wp), i=1, n)]
    end function default_cover
 
-   !> Scales so that the largest entry of each row and column is near 1, beginning with the diagonal where it is
-   !> positive (all that a positive definite matrix needs). Rows and columns of zeros keep their scale.
+   !> Scales rows and columns so that the largest entry of each is near 1. Diagonal entries that are positive are scaled first; a
+   !> positive definite matrix needs no further scaling. Rows and columns of zeros keep their scale.
    subroutine equilibrate(m, q, problem)
       real(wp), intent(in) :: m(:, :)
-      real(wp), intent(in) :: q(:) !! not all zero
+      real(wp), intent(in) :: q(:) !! (n) right-hand side, not all zero
       type(scaled_lcp_t), intent(out) :: problem
       integer, parameter :: max_sweeps = 20
       real(wp) :: row_size(size(q)), column_size(size(q))
@@ -229,19 +233,21 @@ contains
       problem%q = scale(problem%q, -problem%q_exponent)
    end subroutine equilibrate
 
-   !> The k for which 4**k a is in [1/2, 2): the row and the column are each multiplied by 2**k. 0 for a = 0.
+   !> The k for which 4**k a is in [1/2, 2), so that row and column are each multiplied by 2**k; 0 for a = 0.
    elemental integer function balancing_exponent(a)
       real(wp), intent(in) :: a
       balancing_exponent = -(exponent(a) - modulo(exponent(a), 2)) / 2
    end function balancing_exponent
 
-   !> Follows the path of almost complementary bases by pivots until the artificial variable z0 leaves.
+   !> Exchanges variables by complementary pivots, from one almost complementary basis to the next, until the artificial variable z0
+   !> leaves.
    subroutine follow_pivots(problem, basis, d, limit, active, outcome, pivots)
       type(scaled_lcp_t), intent(in) :: problem
       type(basis_t), intent(inout) :: basis
       real(wp), intent(in) :: d(:)
       integer, intent(in) :: limit
-      logical, intent(inout) :: active(:) !! true for the active pairs of the complementary basis reached; unchanged unless solved
+      logical, intent(inout) :: active(:) !! (n) true for the active pairs of the complementary basis found; unchanged unless the
+      !! problem is solved
       integer, intent(out) :: outcome
       integer, intent(inout) :: pivots
       integer :: n, z0, entering, leaving, row
@@ -263,7 +269,7 @@ contains
          call evaluate_basis(problem, entering, basis)
          row = blocking_row(basis, z0)
          if (row > 0) cycle
-         ! A ray is accepted only if an inverse computed anew, without the accumulated rounding of the path, confirms it.
+         ! A ray is accepted only if it is confirmed by an inverse computed anew, without the accumulated rounding of the pivots.
          call invert(problem, basis, ok)
          if (ok) call evaluate_basis(problem, entering, basis)
          outcome = lcp_breakdown
@@ -280,14 +286,14 @@ contains
       end do
    end subroutine follow_pivots
 
-   !> Solves  w = 0  in the active pairs and z = 0 in the others, from the data and with one refinement.
+   !> Solves w = 0 for the active pairs and z = 0 for all others, from M and q and with one refinement.
    subroutine solve_active(problem, active, z, w, ok, ray, next)
       type(scaled_lcp_t), intent(in) :: problem
       logical, intent(in) :: active(:)
-      real(wp), intent(out) :: z(:), w(:) !! in the units of the caller, nothing negative
-      logical, intent(out) :: ok          !! true: these z and w are finite and satisfy all equations to rounding
-      logical, intent(out) :: ray         !! true: some y >= 0 has M y = 0 to rounding, and y.q < 0: no solution exists
-      logical, intent(out) :: next(:)     !! the active pairs after an exchange of those with a wrong sign
+      real(wp), intent(out) :: z(:), w(:) !! (n) solution in the units of the caller; no value is negative
+      logical, intent(out) :: ok          !! true: z and w are finite and satisfy all equations to rounding
+      logical, intent(out) :: ray !! true: there is a y >= 0 with M y = 0 to rounding and y.q < 0, so that no solution exists
+      logical, intent(out) :: next(:)     !! (n) active pairs after the exchange of all pairs with a wrong sign
       real(wp), allocatable :: lu(:, :), x(:), residual(:)
       real(wp) :: s(problem%n), tolerance
       integer, allocatable :: set(:), pivot(:)
@@ -321,8 +327,7 @@ contains
       next = problem%q + matmul(problem%m(:, set), x) < 0.0_wp
       next(set) = x > 0.0_wp
 
-      ! Negative values are set to zero before the test, because even a small value may be a large part of the balance of a stiff
-      ! neighbour.
+      ! Negative values are set to zero before the test: even a small value may matter in the balance of a stiff neighbour.
       z(set) = max(x, 0.0_wp)
       w = problem%q
       s = abs(problem%q)
@@ -340,7 +345,7 @@ contains
 
    contains
 
-      !> Solves with the factors of the active pairs.
+      !> Solves with the factors of the matrix of the active pairs.
       subroutine solve(b)
          real(wp), intent(inout) :: b(k, 1)
          if (problem%symmetric) then
@@ -351,12 +356,12 @@ contains
       end subroutine solve
    end subroutine solve_active
 
-   !> True for a ray: M x = -q on the set, with q at rounding, has a solution x whose values have one sign; the forces y = |x| then
-   !> have no effect on w.
+   !> True for a ray: M x = -q on the set, with q at rounding, has a solution x whose values all have the same sign. The forces y =
+   !> |x| then have no effect on w.
    pure logical function is_ray(problem, set, x)
       type(scaled_lcp_t), intent(in) :: problem
       integer, intent(in) :: set(:)
-      real(wp), intent(in) :: x(:) !! solution on the set
+      real(wp), intent(in) :: x(:) !! (n) solution on the set
       real(wp) :: s(size(set))
       integer :: j
       is_ray = .false.

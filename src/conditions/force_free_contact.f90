@@ -1,9 +1,10 @@
-!> Line contacts without pressure, as on a straight wall: equilibrium is the same with and without such a contact.
+!> Line contacts without pressure, as on a straight wall: equilibrium is the same with and without such a line contact.
 !>
-!> In the reduced problem each force-free line contact is replaced by two osculating point contacts at its ends. The rod between
-!> them is free, and to the first order these contacts rotate as little as the ends of the line. If the tangent of the reduced
-!> problem has a zero eigenvalue, the rod may leave the wall; for ends of fixed position and direction this is at a thrust of 4 pi^2
-!> EI/l^2. No test of the contact spans detects this load, because gap and pressure are zero along the whole line.
+!> In the reduced problem each force-free line contact is replaced by two osculating point contacts (gap, slope and relative
+!> curvature zero) at its ends. The rod between them is free. To first order these point contacts rotate as little as the ends of
+!> the line contact. If the tangent of the reduced problem has a zero eigenvalue, the rod may leave the wall; if its ends have a
+!> fixed position and direction, this happens at a thrust of 4 pi^2 EI/l^2. No test of the contact spans detects this load, because
+!> gap and pressure are zero along the whole line contact.
 module force_free_contact
    use kinds, only: wp
    use problem, only: problem_t
@@ -13,7 +14,7 @@ module force_free_contact
    use obstacle_track, only: track_t
    use contact_spans, only: contact_span_t
    use track_nodes, only: node_track
-   use conforming_span, only: lying_t, conforming_forces, density_samples, smooth_parts
+   use conforming_span, only: conforming_state_t, conforming_forces, density_samples, smooth_parts
    use span_problem, only: new_span_problem
    use span_candidates, only: present_contact_spans
    use touchdown_points, only: carry_forces
@@ -24,24 +25,25 @@ module force_free_contact
    use bordered_system, only: linearise
    implicit none
    private
-   public :: any_force_free, remove_force_free_lines, isolate_force_free_lines, count_opening, let_turn, line_opening
+   public :: any_force_free, remove_force_free_lines, isolate_force_free_lines, count_opening, free_rotations, line_opening
 
-   real(wp), parameter :: nothing = 1.0e-7_wp   !! a force below this part of the structure's forces counts as zero; no input deck
-   !! changes from 1E-8 to 1E-6
-   real(wp), parameter :: unsettled = 100.0_wp  !! largest error of the thrust / tolerance of the residual; no input deck changes
-   !! from 10 to 1000
+   real(wp), parameter :: nothing = 1.0e-7_wp !! forces below this part of the structure's force scale count as zero; with values
+   !! from 1E-8 to 1E-6 every deck in input has the same results
+   real(wp), parameter :: unsettled = 100.0_wp !! largest error of the thrust over the tolerance of the residual; with values from
+   !! 10 to 1000 every deck in input has the same results
 
 contains
 
-   !> Creates the reduced problem and its state: two osculating point contacts at its ends replace each force-free line contact, and
-   !> all other contact spans are unchanged.
+   !> Makes the reduced problem and its state: each force-free line contact is replaced by two osculating point contacts at its
+   !> ends; all other contact spans are unchanged.
    subroutine remove_force_free_lines(problem, state, system, free, released, any_weak)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled at `state`
-      type(problem_t), intent(inout) :: free    !! replaced (to clear it first would cost more than the test)
-      type(state_t), intent(inout) :: released  !! `state` on the mesh of `free`
-      logical, intent(out) :: any_weak          !! false: no line contact is force-free; `free` and `released` are unchanged
+      type(problem_t), intent(inout) :: free !! out: the reduced problem. (Not intent(out): to clear the argument would cost more
+      !! than the test)
+      type(state_t), intent(inout) :: released  !! out: `state` transferred to the mesh of `free`
+      logical, intent(out) :: any_weak          !! false: no line contact is force-free, and `free` and `released` are unchanged
       type(contact_span_t), allocatable :: contact_span(:), rest(:)
       logical :: weak(size(problem%contact_span))
       integer :: k, side, n
@@ -56,7 +58,7 @@ contains
       do k = 1, size(weak)
          if (.not. weak(k)) cycle
          do side = 1, 2
-            if (ends_nowhere(problem, contact_span, k, side) .and. .not. (side == 2 .and. pressed_end(k))) cycle
+            if (needs_no_point(problem, contact_span, k, side) .and. .not. (side == 2 .and. pressed_end(k))) cycle
             rest = [rest, contact_span(k)]
             associate (point => rest(size(rest)))
                point%line = .false.
@@ -85,7 +87,7 @@ contains
 
    contains
 
-      !> True if a contact force presses on the node that line contact `k` shares with the next line contact at its last end.
+      !> True if a contact force acts on the node at the last end of line contact `k`, which the next line contact shares.
       logical function pressed_end(k)
          integer, intent(in) :: k
          integer :: c
@@ -124,19 +126,19 @@ contains
       no_force = nothing * max(system%force_scale, tiny(no_force))
    end function no_force
 
-   !> Creates the reduced problem, as remove_force_free_lines does, and holds all of the structure but the rods between the ends of
-   !> the former force-free lines. To the first order nothing else moves with these rods: their ends keep position and direction.
-   !> The negative eigenvalues of this problem belong to directions that open force-free contacts, in addition to those of the
-   !> structure with its contacts.
+   !> Makes the reduced problem as remove_force_free_lines does, and fixes all of the structure except the rods between the ends of
+   !> the former force-free line contacts. To first order nothing else moves with these rods, because their ends keep position and
+   !> direction. The negative eigenvalues of this problem belong to directions that open force-free contacts. They exist in addition
+   !> to the negative eigenvalues of the structure with its contacts.
    subroutine isolate_force_free_lines(problem, state, system, free, released, any_weak)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled at `state`
       type(problem_t), intent(inout) :: free
-      type(state_t), intent(inout) :: released  !! `state` on the mesh of `free`
-      logical, intent(out) :: any_weak          !! false: no line contact is force-free; `free` and `released` are unchanged
+      type(state_t), intent(inout) :: released  !! out: `state` transferred to the mesh of `free`
+      logical, intent(out) :: any_weak          !! false: no line contact is force-free, and `free` and `released` are unchanged
       type(contact_span_t), allocatable :: contact_span(:)
-      logical, allocatable :: moves(:)          ! (nodes of `free`)
+      logical, allocatable :: moves(:)          ! (nodes of `free`) true: the node may move
       integer :: k, e
       real(wp) :: at
       call remove_force_free_lines(problem, state, system, free, released, any_weak)
@@ -159,15 +161,15 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled and factored at `state`
-      integer, intent(out) :: opening           !! 0 if the reduced system is singular
+      integer, intent(out) :: opening           !! number of these directions; 0 if the reduced system is singular
       logical, intent(out) :: any_weak          !! true: a line contact is force-free
       opening = 0
       any_weak = any_force_free(problem, state, system)
       if (any_weak) call count_isolated(problem, state, system, opening)
    end subroutine count_opening
 
-   !> Counts the negative pivots of the rods on force-free lines; a separate procedure, so that a problem is created, cleared and
-   !> deallocated only then.
+   !> Counts the negative pivots of the rods on force-free line contacts. A separate procedure, so that the reduced problem is
+   !> created, cleared and deallocated only when it is needed.
    subroutine count_isolated(problem, state, system, pivots)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -184,45 +186,45 @@ contains
       if (other%ok) pivots = other%negative_pivots
    end subroutine count_isolated
 
-   !> Prepares the reduced problem for a path that leaves the wall: osculating contacts become point contacts with free rotation.
-   pure subroutine let_turn(free)
+   !> Prepares the reduced problem for a path that leaves the wall: the osculating contacts become point contacts that may rotate.
+   pure subroutine free_rotations(free)
       type(problem_t), intent(inout) :: free
       integer :: c
       do c = 1, free%candidates%n
          if (free%candidates%contact_span(c) > 0) free%candidates%follows(c) = &
             & free%contact_span(free%candidates%contact_span(c))%line
       end do
-   end subroutine let_turn
+   end subroutine free_rotations
 
-   !> True if the end of a line contact needs no point contact in the reduced problem: another line contact, or nothing, continues
-   !> the rod there.
-   pure logical function ends_nowhere(problem, contact_span, k, side)
+   !> True if the reduced problem needs no point contact at this end of a line contact: the rod ends there, or another line contact
+   !> continues it.
+   pure logical function needs_no_point(problem, contact_span, k, side)
       type(problem_t), intent(in) :: problem
-      type(contact_span_t), intent(in) :: contact_span(:) !! present contact spans
+      type(contact_span_t), intent(in) :: contact_span(:) !! contact spans of the present problem
       integer, intent(in) :: k, side
       integer :: next, node, way
       real(wp) :: end
       way = merge(-1, 1, side == 1)
       end = merge(0.0_wp, problem%layout%rod_segment(contact_span(k)%rod_segment)%length, side == 1)
-      ends_nowhere = .false.
+      needs_no_point = .false.
       if (abs(contact_span(k)%at(side) - end) > 0.0_wp) return
       if (side == 1) then
          node = problem%model%mesh%node(1, problem%element_first(contact_span(k)%rod_segment))
       else
          node = problem%model%mesh%node(2, problem%element_last(contact_span(k)%rod_segment))
       end if
-      ends_nowhere = problem%beside(side, node) == 0
+      needs_no_point = problem%beside(side, node) == 0
       next = beyond(problem, k, way)
       if (next == 0) return
       end = merge(problem%layout%rod_segment(next)%length, 0.0_wp, side == 1)
-      ends_nowhere = any(contact_span%line .and. contact_span%rod_segment == next .and. contact_span%contact == &
+      needs_no_point = any(contact_span%line .and. contact_span%rod_segment == next .and. contact_span%contact == &
          & contact_span(k)%contact .and. &
          & abs(contact_span%at(3 - side) - end) <= 0.0_wp)
-   end function ends_nowhere
+   end function needs_no_point
 
-   !> True if the size of the obstacle's force density along a line contact, minus its error, exceeds `bound` anywhere. The error is
-   !> that of the thrust times the curvature of the track; it is zero on a straight obstacle, where the density follows from loads
-   !> and shape alone.
+   !> True if the magnitude of the obstacle's force density along a line contact exceeds `bound` anywhere, by more than its error.
+   !> This error is the error of the thrust times the curvature of the track. On a straight obstacle it is zero: there the density
+   !> follows from loads and shape alone.
    logical function is_pressed(problem, state, contact_span, thrust_error, bound)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -230,7 +232,7 @@ contains
       real(wp), intent(in) :: thrust_error
       real(wp), intent(in) :: bound
       real(wp) :: local(3), place(2), angle, density, noise
-      type(lying_t) :: kept
+      type(conforming_state_t) :: kept
       integer :: e, i, parts
       is_pressed = .true.
       do e = problem%contact_span(contact_span)%element(1), problem%contact_span(contact_span)%element(2)
@@ -245,7 +247,7 @@ contains
 
    contains
 
-      !> Size of the curvature of the track at a candidate.
+      !> Magnitude of the curvature of the track at a candidate.
       real(wp) function bend(candidate)
          integer, intent(in) :: candidate
          type(track_t) :: track
@@ -254,14 +256,14 @@ contains
       end function bend
    end function is_pressed
 
-   !> Direction of a mode of the reduced problem that lifts the rod off the former force-free line contacts: 1 along the mode, -1
-   !> against it, 0 if the mode opens the gap at some points and closes it at others.
+   !> Direction of a mode of the reduced problem in which the rod lifts off the former force-free line contacts: 1 along the mode,
+   !> -1 against it; 0 if the mode opens the gap at some points and closes it at others.
    integer function line_opening(problem, state, free, released, mode) result(sense)
       type(problem_t), intent(in) :: problem, free
       type(state_t), intent(in) :: state, released
-      real(wp), intent(in) :: mode(:, :)        !! (3, nodes of `free`) global axes
-      real(wp), parameter :: closed = 1.0e-3_wp ! part of the largest opening below which an opening counts as zero; no
-      ! input deck changes from 1E-4 to 0.01
+      real(wp), intent(in) :: mode(:, :)        !! (3, nodes of `free`) the mode, global axes
+      real(wp), parameter :: closed = 1.0e-3_wp ! an opening below this part of the largest opening counts as zero; with values from
+      ! 1E-4 to 0.01 every deck in input has the same results
       type(contact_span_t), allocatable :: contact_span(:)
       real(wp) :: gap, normal(2), bend, opening, most, least, at
       type(pose_t) :: pose

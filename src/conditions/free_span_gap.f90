@@ -1,5 +1,5 @@
-!> Least and largest gap between a free span and an obstacle. Beside a contact span the gap rises from zero, so that near the ends
-!> of the free span only local minima count.
+!> Least and largest gap between a free span and an obstacle. Beside a contact span the gap increases from zero; therefore only
+!> local minima count near such an end of the free span.
 module free_span_gap
    use kinds, only: wp
    use model, only: family_ge
@@ -14,10 +14,9 @@ module free_span_gap
    private
    public :: gap_at, least_gap
 
-   ! Part of a free span beside a touchdown point in which only local minima count: the gap grows with a power of the distance from
-   ! the point there.
-   real(wp), parameter :: beside = 0.06_wp  !! part of the length of the free span
-   integer, parameter :: samples = 4        !! number of equal parts of an element for samples of the gap
+   ! Beside a touchdown point the gap grows with a power of the distance from the point; there only local minima of the gap count.
+   real(wp), parameter :: beside = 0.06_wp  !! length of this part over the length of the free span
+   integer, parameter :: samples = 4        !! number of equal parts into which samples of the gap divide an element
    !> Beside a contact the distances of samples from the contact grow by this factor until they are as far apart as the equal parts of
    !> the element there: if the rod approaches the obstacle beside a point contact about which it rotates, the least gap is at twice
    !> the distance of the largest gap, and samples whose distances double could miss both.
@@ -28,8 +27,8 @@ module free_span_gap
    type :: sampled_gap_t
       integer :: first = 0, last = 0
       integer :: contact = 0                   !! index into model%contact
-      logical :: touches(2) = .false.          !! true: the first node of `first`, or the last node of `last`, touches this
-      !! obstacle; the gap is zero there
+      logical :: touches(2) = .false. !! true: the first node of the first element, or the last node of the last element, touches
+      !! this obstacle, so that the gap is zero there
       logical :: ends_in_contact(2) = .false.  !! true: the free span ends in contact with this obstacle, there or beyond the
       !! boundary of the rod segment
       real(wp) :: contact_at(2) = 0.0_wp       !! coordinates of these contacts along the rod segment
@@ -44,14 +43,14 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact, rod_segment
-      real(wp), intent(in) :: at            !! coordinate along the rod segment
+      real(wp), intent(in) :: at            !! coordinate of the point along the rod segment
       real(wp) :: tau
       integer :: e
       call find_point(problem, state, rod_segment, at, e, tau)
       gap = gap_in(problem, state, contact, new_profile(problem, state, e), tau)
    end function gap_at
 
-   !> Gap at the part `tau` of an element (0 to 1) to the obstacle of a contact.
+   !> Gap to the obstacle of a contact at a place in an element, tau = 0 (first node) to 1 (second node).
    real(wp) function gap_in(problem, state, contact, profile, tau) result(gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -67,22 +66,22 @@ contains
       end associate
    end function gap_in
 
-   !> Finds the least gap between elements and an obstacle that they do not touch, and its position. The elements are those between
+   !> Finds the least gap, and its position, between an obstacle and elements that do not touch it. The elements are those between
    !> two contact spans of a rod segment, or those in line contact with another obstacle.
    subroutine least_gap(problem, state, element, contact, touched, fails, profile, least, where, largest)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: element(2)        !! first and last element
       integer, intent(in) :: contact           !! index into model%contact
-      logical, intent(in) :: touched(:)        !! (nodes) node touches any obstacle
-      logical, intent(in) :: fails(:)          !! (nodes) node touches this obstacle, but the node's own test fails; a penetration
-      !! that begins at such a node belongs to the failing contact and is not counted
-      type(profile_t), intent(inout) :: profile(:) !! (elements) of this state; those not yet made are made
-      real(wp), intent(out) :: least           !! structure's size if no sample counts
-      real(wp), intent(out) :: where           !! coordinate along the rod segment
-      real(wp), intent(out) :: largest         !! gap of largest size, with its sign (< 0: inside the obstacle)
+      logical, intent(in) :: touched(:)        !! (nodes) true: the node touches any obstacle
+      logical, intent(in) :: fails(:) !! (nodes) true: the node touches this obstacle, but the test of its contact fails; a
+      !! penetration that begins at such a node belongs to that contact and is not counted
+      type(profile_t), intent(inout) :: profile(:) !! (elements) rod profiles of this state; missing ones are made
+      real(wp), intent(out) :: least           !! least gap; the structure's size if no sample counts
+      real(wp), intent(out) :: where           !! coordinate of the least gap along the rod segment
+      real(wp), intent(out) :: largest         !! gap of largest magnitude, with its sign (< 0: inside the obstacle)
       type(sampled_gap_t) :: line
-      real(wp) :: counts(2), from, to, value, place, tops(2)
+      real(wp) :: counts(2), from, to, value, place, tops(2), error
       integer :: i, begin, end
       line%first = element(1)
       line%last = element(2)
@@ -104,21 +103,23 @@ contains
          do i = begin, end
             if (line%at(i) >= counts(1) .and. line%at(i) <= counts(2)) call take(gap(i), line%at(i))
             if (i == 1 .or. i == size(gap)) then
-               ! If the gap falls from an end without contact (segment boundary), it may have a minimum farther inside.
+               ! If the gap decreases from an end without contact (a segment boundary) inwards, it may have a minimum further
+               ! inside.
                if (line%touches(merge(1, 2, i == 1))) cycle
                if (.not. falls_inwards(problem, state, profile, line, i)) cycle
             else
                if (gap(i) > gap(i - 1) .or. gap(i) > gap(i + 1)) cycle
-               ! The minimum of a parabola through these samples cannot be below the least value so far.
+               ! The minimum of the parabola through these samples cannot be below the least gap found so far.
                if (2.0_wp * gap(i) - max(gap(i - 1), gap(i + 1)) > least) cycle
             end if
             call find_minimum(problem, state, profile, line, i, value, place)
-            ! Minima next to a contact span that are rounding do not count.
+            ! A minimum next to a contact span may be a discretisation error: the penetration must exceed the interpolation error. So
+            ! it must, and not by rounding alone, where the gap does not rise between the contact and the minimum.
+            error = 0.0_wp
+            if (place < counts(1) .or. place > counts(2)) error = doubt(problem, state, profile, line, place)
             tops = [merge(maxval(gap(:i)), huge(value), line%touches(1)), merge(maxval(gap(i:)), huge(value), line%touches(2))]
-            if (minval(tops) <= rounding_gap(problem) .and. value >= -rounding_gap(problem)) cycle
-            ! Minima next to a contact span may be discretisation errors: the penetration must exceed the interpolation error.
-            if (place < counts(1) .or. place > counts(2)) value = value + doubt(problem, state, profile, line, place)
-            call take(value, place)
+            if (minval(tops) <= rounding_gap(problem) .and. value + error >= -rounding_gap(problem)) cycle
+            call take(value + error, place)
          end do
       end associate
       if (least >= huge(least)) least = problem%size
@@ -134,13 +135,14 @@ contains
    end subroutine least_gap
 
    !> Determines whether the ends of the sampled elements touch this obstacle, and the coordinates between which a gap counts even
-   !> if it is no local minimum. The margin at a contact is a part of the length of the whole free span, across segment boundaries.
+   !> if it is not a local minimum. The margin beside a contact is a part of the length of the whole free span, which may cross
+   !> segment boundaries.
    pure subroutine find_contact_beside(problem, state, line, touched, counts)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(sampled_gap_t), intent(inout) :: line
-      logical, intent(in) :: touched(:)        !! (nodes)
-      real(wp), intent(out) :: counts(2)       !! coordinates along the rod segment
+      logical, intent(in) :: touched(:)        !! (nodes) true: the node touches any obstacle
+      real(wp), intent(out) :: counts(2)       !! coordinates along the rod segment between which every gap counts
       real(wp) :: more(2), ends(2), margin
       logical :: touching(problem%model%mesh%n_nodes)
       integer :: side
@@ -162,13 +164,13 @@ contains
       if (line%ends_in_contact(2)) counts(2) = min(ends(2), line%contact_at(2) - margin)
    end subroutine find_contact_beside
 
-   !> Determines the length of the free span beyond one end of an element; `touches` is true if the span ends with contact to this
-   !> obstacle.
+   !> Determines the length of the free span beyond one end of an element. `touches` is true if the free span ends at a contact with
+   !> this obstacle.
    pure subroutine to_next_touch(problem, state, touched, touching, element, side, length, touches)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      logical, intent(in) :: touched(:), touching(:) !! (nodes) node touches any obstacle; node touches this obstacle
-      integer, intent(in) :: element, side   !! side 1: before the first node, 2: after the last node
+      logical, intent(in) :: touched(:), touching(:) !! (nodes) true: the node touches any obstacle; true: it touches this obstacle
+      integer, intent(in) :: element, side   !! element and its side: 1: before its first node, 2: after its last node
       real(wp), intent(out) :: length
       logical, intent(out) :: touches
       integer :: e, node
@@ -187,7 +189,8 @@ contains
       end do
    end subroutine to_next_touch
 
-   !> Interpolates the displaced axis within each element. The interpolation of an element on its obstacle is exact at its ends.
+   !> Makes the rod profile (interpolated deformed axis) of each element. At the ends of an element on its obstacle the profile is
+   !> exact.
    subroutine make_profiles(problem, state, element, profile)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -247,7 +250,7 @@ contains
       end subroutine grade
    end subroutine take_samples
 
-   !> True if the gap decreases from the first or last sample inwards and has increased again at the next sample.
+   !> True if the gap decreases from the first or last sample inwards but is larger again at the next sample.
    logical function falls_inwards(problem, state, profile, line, i) result(falls)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -257,13 +260,13 @@ contains
       integer :: next
       next = merge(i + 1, i - 1, i == 1)
       falls = line%gap(next) >= line%gap(i)
-      ! Test at a distance of sqrt(rounding unit) inwards: if rounding hides the decrease over this distance, the decrease is below
-      ! rounding everywhere.
+      ! The gap is compared at a distance of sqrt(rounding unit) inwards. If rounding hides the decrease over this distance, the
+      ! decrease is below rounding everywhere.
       if (falls) falls = gap_along(problem, state, profile, line, line%at(i) + sqrt(epsilon(1.0_wp)) * (line%at(next) - &
          & line%at(i))) < line%gap(i)
    end function falls_inwards
 
-   !> Finds the minimum of the gap between the neighbours of sample `i`, which is the lowest of the three.
+   !> Finds the minimum of the gap between the two neighbours of sample `i`, which is the lowest of the three samples.
    subroutine find_minimum(problem, state, profile, line, i, value, place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -275,8 +278,8 @@ contains
       integer :: before, after
       before = max(i - 1, 1)
       after = min(i + 1, size(line%at))
-      ! Beside a symmetry plane from which the gap rises, and beside contact, rounding causes minima; these do not count. Inside,
-      ! the minimum of a parabola is not farther below the sample than the higher neighbour is above.
+      ! Beside a symmetry plane, and beside contact, rounding causes minima that do not count. Inside the span, the minimum of a
+      ! parabola lies below the lowest sample by no more than the higher neighbour lies above it.
       value = line%gap(i)
       place = line%at(i)
       if (before < i .and. i < after .and. max(line%gap(before), line%gap(after)) - value <= rounding_gap(problem)) return
@@ -304,7 +307,7 @@ contains
       gap = gap_in(problem, state, line%contact, profile(e), tau)
    end function gap_along
 
-   !> Bound of the error of the gap at a position: interpolation error of the element, and the residual gaps at contacts, whose
+   !> Bound of the error of the gap at a position: the interpolation error of the element plus the residual gaps at contacts, whose
    !> exact gap is zero.
    real(wp) function doubt(problem, state, profile, line, place)
       type(problem_t), intent(in) :: problem
@@ -320,8 +323,7 @@ contains
       if (line%touches(2)) doubt = doubt + abs(line%gap(size(line%gap)))
    end function doubt
 
-   !> Finds the element at a coordinate along the rod segment, by bisection, and the part `tau` of the element before this
-   !> coordinate.
+   !> Finds, by bisection, the element at a coordinate along the rod segment, and the place tau (0 to 1) in it.
    pure subroutine find_part(problem, state, line, place, e, tau)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

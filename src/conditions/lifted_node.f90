@@ -1,8 +1,9 @@
 !> Local uplift: the lengths over which a line contact lifts off on both sides of a node at which a couple or a force acts. The
-!> obstacle is straight (over such a short length its curvature has no effect) and presses on both sides with density r. With x from
-!> the end of the line on each side, the gap is w = T x^3/(6 EI) - r x^4/(24 EI), with the contact force T at that end. The node is
-!> at the distances m and n from the two ends. There both sides have the same w and slope, T1 + T2 = r (m + n) + F with a pressing
-!> force F, and the moment jumps by the couple C. With v = n/m < 1 and m on the side that the couple lifts:
+!> obstacle is taken as straight (over such a short length its curvature has no effect) and presses on both sides with the density
+!> r. With the distance x from the end of the line contact on each side, the gap is w = T x^3/(6 EI) - r x^4/(24 EI), where T is the
+!> contact force at that end. The node is at the distances m and n from the two ends. At the node both sides have the same w and
+!> slope, T1 + T2 = r (m + n) + F with a pressing force F, and the moment jumps by the couple C. With v = n/m < 1 and m on the side
+!> that the couple lifts:
 !>
 !>   T1 = r m (3 + v - v^2 + v^3)/12,   T2 = r m (1 - v + v^2 + 3 v^3)/(12 v^2),
 !>   F = r m f(v),   f = T1/(r m) + T2/(r m) - 1 - v,   C = r m^2 c(v),   c = 1/2 - T1/(r m) + v T2/(r m) - v^2/2.
@@ -13,8 +14,9 @@
 !> A joint at which the curvature of the obstacle jumps by D acts like the couple C = EI D, of either sign: the line contact lifts
 !> over m + n = sqrt(2 sqrt(3) C/r), n on the side where the obstacle bends less towards the rod.
 !>
-!> At the end node of a line contact, which the couple presses onto the obstacle, w = r x^3 (l - x)/(24 EI), with x from the new end
-!> of the line: the slope at the node is negligible, and the moment there is -r l^2/4.
+!> At the end node of a line contact, which the couple presses onto the obstacle, w = r x^3 (l - x)/(24 EI), with the distance x
+!> from the new end of the line contact and the lifted length l. The slope at the node is negligible, and the moment there is -r
+!> l^2/4.
 module lifted_node
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -25,7 +27,7 @@ module lifted_node
    use breakpoint_forces, only: breakpoint_force, breakpoint_couple
    implicit none
    private
-   public :: inside_line, lifted_beside, lifted_at_mirror, stays_down, holding_density
+   public :: inside_line, lifted_beside, lifted_at_mirror, stays_in_contact, holding_density
 
 contains
 
@@ -42,36 +44,37 @@ contains
       end associate
    end function inside_line
 
-   !> Lengths over which a line contact lifts off before and after a node inside the line.
+   !> Lengths over which a line contact lifts off before and after a node inside it.
    function lifted_beside(problem, state, candidate) result(length)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      real(wp) :: length(2)                 !! before and after the node; huge: no pressure
+      real(wp) :: length(2)                 !! lengths before and after the node; huge if there is no pressure
       real(wp) :: local(3), place(2), angle, density(2)
       integer :: side
       do side = 1, 2
          call conforming_forces(problem, state, problem%beside(side, problem%candidates%node(candidate)), &
             & merge(1.0_wp, 0.0_wp, side == 1), local, place, angle, density(side))
       end do
-      ! The couple of the obstacle on the node corresponds to the opposite couple on the rod.
+      ! The obstacle's couple on the node is opposite to the couple on the rod.
       length = lifted_lengths(breakpoint_couple(problem, state, candidate) * track_sense(problem, state, candidate, &
          & node_track(problem, state, candidate)), breakpoint_force(problem, state, candidate), 0.5_wp * sum(density))
    end function lifted_beside
 
-   !> Least density of the obstacle's force at which a couple lifts at most a negligible length of a line contact, or a height below
-   !> rounding: m <= line_share of the rod segment, or (21 - 12 sqrt(3))/8 C^2/(r EI) <= rounding_gap. The gap is largest at x = n.
+   !> Least density of the obstacle's force at which a couple lifts only a negligible length of a line contact, or by a height below
+   !> rounding: m <= line_share of the rod segment, or (21 - 12 sqrt(3))/8 C^2/(r EI) <= rounding_gap. The lifted height is largest
+   !> at x = n.
    pure real(wp) function holding_density(problem, element, couple) result(density)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: element        !! element of the line contact on which the couple acts
-      real(wp), intent(in) :: couple        !! of either sign
+      real(wp), intent(in) :: couple        !! couple on the element, of either sign
       density = min(abs(couple) / ((2.0_wp * sqrt(3.0_wp) - 3.0_wp) * (line_share * &
          & problem%layout%rod_segment(problem%rod_segment(element))%length)**2), &
          & (21.0_wp - 12.0_wp * sqrt(3.0_wp)) / 8.0_wp * couple**2 * problem%compliance(element)%bending / rounding_gap(problem))
    end function holding_density
 
-   !> Length of local uplift beside a node with fixed rotation, such as a node on a symmetry plane, whose mirror image has the same
-   !> force. Huge if the obstacle does not press.
+   !> Length of local uplift beside a node with fixed rotation, such as a node on a symmetry plane: the mirror image of the rod has
+   !> the same force. Huge if the obstacle does not press.
    pure real(wp) function lifted_at_mirror(force, density) result(length)
       real(wp), intent(in) :: force         !! force on this side of the symmetry plane, > 0: away from the obstacle
       real(wp), intent(in) :: density       !! density of the obstacle's force beside the node, > 0 where it presses
@@ -80,29 +83,29 @@ contains
       length = both(1)
    end function lifted_at_mirror
 
-   !> True if the node at the end of a line contact stays in contact under a couple: the couple lifts a negligible length, or a
+   !> True if the node at the end of a line contact stays in contact under a couple: the couple lifts a negligible length, or by a
    !> height below rounding.
-   pure logical function stays_down(problem, element, couple, density)
+   pure logical function stays_in_contact(problem, element, couple, density)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: element        !! element of the line contact beside the node
       real(wp), intent(in) :: couple        !! couple on the node, of either sign
       real(wp), intent(in) :: density       !! density of the obstacle's force beside the node, > 0 where it presses
       real(wp) :: length, height
-      stays_down = density > 0.0_wp
-      if (.not. stays_down) return
+      stays_in_contact = density > 0.0_wp
+      if (.not. stays_in_contact) return
       length = 2.0_wp * sqrt(abs(couple) / density)
-      ! The gap w is largest at x = 3 l/4.
+      ! The lifted height w is largest at x = 3 l/4.
       height = 27.0_wp / 256.0_wp * density * length**4 * problem%compliance(element)%bending / 24.0_wp
-      stays_down = length <= line_share * problem%layout%rod_segment(problem%rod_segment(element))%length .or. height <= &
+      stays_in_contact = length <= line_share * problem%layout%rod_segment(problem%rod_segment(element))%length .or. height <= &
          & rounding_gap(problem)
-   end function stays_down
+   end function stays_in_contact
 
    !> Lengths of local uplift before and after a node; huge if the obstacle does not press.
    pure function lifted_lengths(couple, force, density) result(length)
       real(wp), intent(in) :: couple        !! couple on the node, > 0 clockwise with the obstacle below the rod
       real(wp), intent(in) :: force         !! force on the node, > 0 towards the obstacle
       real(wp), intent(in) :: density       !! density of the obstacle's force beside the node, > 0 where it presses
-      real(wp) :: length(2)                 !! before and after the node
+      real(wp) :: length(2)                 !! lengths before and after the node
       real(wp) :: ends(2), v, m
       integer :: k
       length = huge(length)

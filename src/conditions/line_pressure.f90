@@ -1,23 +1,20 @@
-!> Density of the obstacle's force along a line contact, > 0 where it presses.
+!> Density of the obstacle's force along a line contact [force/length], > 0 where the obstacle presses.
 module line_pressure
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, element_load, node_position
-   use track_nodes, only: excess_curvature, node_track, track_sense, rod_angle, bend_at, track_joints, find_joints
-   use ge_in_state, only: ge_end
-   use conforming_span, only: lying_t, conforming_forces, density_samples, smooth_parts
-   use obstacle_track, only: track_t
-   use rod_load, only: ge_load_t, line_at
+   use rod_state, only: state_t
+   use track_nodes, only: track_joints, find_joints
+   use conforming_span, only: conforming_state_t, conforming_forces, density_samples, smooth_parts
    use contact_spans, only: contact_span_t
    use lifted_node, only: holding_density
    use state_transfer, only: find_point
    use minimum_search, only: minimum_search_t
    implicit none
    private
-   public :: pressure_t, sample_line, least_pressure, virtual_pressure
+   public :: pressure_t, sample_line, least_pressure
 
-   real(wp), parameter :: near = 1.0e-5_wp      !! accuracy of the place of a least density, as a part of the interval between the
-   !! neighbours of a least sample
+   real(wp), parameter :: near = 1.0e-5_wp !! accuracy of the position of a least density, over the interval between the two samples
+   !! beside the least sample
 
    !> Density of the obstacle's force, sampled along a line contact.
    type :: pressure_t
@@ -27,15 +24,15 @@ module line_pressure
 
 contains
 
-   !> Samples the density along a line contact: at equal parts of its elements, at the joints of its track, and at minima between
-   !> these and beside the ends.
+   !> Samples the density along a line contact: at equal parts of its elements, at the joints of its track, and at the minima
+   !> between these samples and beside the ends.
    function sample_line(problem, state, line) result(pressure)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(contact_span_t), intent(in) :: line            !! line contact in the present state
       type(pressure_t) :: pressure
       real(wp), allocatable :: at(:), density(:)
-      type(lying_t) :: kept
+      type(conforming_state_t) :: kept
       real(wp) :: place
       integer :: e, i, n, parts
       n = 0
@@ -61,8 +58,8 @@ contains
          call insert(pressure%at, n, at(i))
          associate (before => max(i - 1, 1), after => min(i + 1, size(at)))
             if (density(i) > density(before) .or. (density(i) >= density(after) .and. after > i)) cycle
-            ! An end of the line is the least place beside it, unless the density falls from there. On an axis of symmetry, where
-            ! the rotation is fixed, it has no slope, but for the errors of splines.
+            ! The density is least at an end of the line contact, unless it decreases from the end inwards. On an axis of symmetry,
+            ! where the rotation is fixed, its slope is zero except for the errors of splines.
             if (before == i .or. after == i) then
                if (keeps_rotation(problem, line, merge(1, 2, before == i))) cycle
                place = at(i) + near * (at(before) + at(after) - 2.0_wp * at(i))
@@ -81,14 +78,14 @@ contains
    pure logical function keeps_rotation(problem, line, side) result(keeps)
       type(problem_t), intent(in) :: problem
       type(contact_span_t), intent(in) :: line
-      integer, intent(in) :: side                  !! 1 first end, 2 last end
+      integer, intent(in) :: side                  !! 1: first end, 2: last end
       keeps = problem%model%fixed(3, problem%model%mesh%node(side, line%element(side)))
    end function keeps_rotation
 
    !> Inserts a coordinate near the end of an increasing list; a coordinate that is already in the list is skipped.
    pure subroutine insert(all, n, place)
       real(wp), allocatable, intent(inout) :: all(:) !! doubled when it is full
-      integer, intent(inout) :: n                  !! length of the list
+      integer, intent(inout) :: n                  !! number of entries in the list
       real(wp), intent(in) :: place
       integer :: k
       k = n
@@ -109,7 +106,7 @@ contains
       type(state_t), intent(in) :: state
       type(contact_span_t), intent(in) :: line
       real(wp), intent(in) :: first, last
-      type(lying_t), intent(inout) :: kept                !! as in conforming_forces
+      type(conforming_state_t), intent(inout) :: kept !! conforming state of the elements used before, see conforming_forces
       type(minimum_search_t) :: search
       call search%begin(first, last, near)
       do while (search%asks(place))
@@ -123,27 +120,28 @@ contains
       type(state_t), intent(in) :: state
       type(contact_span_t), intent(in) :: line            !! line contact in the present state
       real(wp), intent(in) :: at                          !! coordinate along the rod segment
-      type(lying_t), intent(inout), optional :: kept      !! as in conforming_forces
+      type(conforming_state_t), intent(inout), optional :: kept !! conforming state of the elements used before, see
+      !! conforming_forces
       real(wp) :: local(3), place(2), angle, tau
       integer :: e
       call find_point(problem, state, line%rod_segment, at, e, tau)
       if (problem%conforms(e) == 0) then
-         ! At the last end of the line contact a free element begins; the element before this end is used.
+         ! At the last end of the line contact a free element begins; the element before this end is the one that has the density.
          e = e - 1
          tau = 1.0_wp
       end if
       call conforming_forces(problem, state, e, tau, local, place, angle, density, kept)
    end function density_at
 
-   !> Finds the least density along a line contact, and its position.
+   !> Finds the least density along a line contact and the position of the least density.
    subroutine least_pressure(problem, state, line, least, where, side)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(contact_span_t), intent(in) :: line            !! line contact in the present state
-      real(wp), intent(out) :: least               !! least density; where the track's curvature jumps, minus the part that would
-      !! keep the rod on the track
-      real(wp), intent(out) :: where               !! coordinate along the rod segment
-      integer, intent(out) :: side                 !! position of the least density: -1 first end, 0 inside, 1 last end of the line
+      real(wp), intent(out) :: least !! least density. Where the track's curvature jumps: the density minus the part of it that
+      !! would be needed to keep the rod on the track
+      real(wp), intent(out) :: where               !! coordinate of the least density along the rod segment
+      integer, intent(out) :: side !! part of the line contact with the least density: -1: first end, 0: inside, 1: last end
       type(pressure_t) :: pressure
       integer :: e, i
       pressure = sample_line(problem, state, line)
@@ -178,39 +176,4 @@ contains
          end do
       end subroutine compare_joints
    end subroutine least_pressure
-
-   !> Density that the obstacle's force would have if the rod followed the track at a point contact: r = m'' with m = EI (curvature
-   !> of the track minus the stress-free curvature of the rod), plus the contributions of the normal force and of transverse loads.
-   !> If it is > 0 (pressing), a line contact is possible.
-   real(wp) function virtual_pressure(problem, state, candidate, beside) result(density)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate
-      integer, intent(in), optional :: beside      !! side of a support (1 or 2), as in excess_curvature
-      type(ge_load_t) :: load
-      type(track_t) :: track
-      real(wp) :: angle, sense, stretch, excess, axial, force(2), moment, normal(2), bend(0:2), line(2), slope(2), pressure
-      integer :: e, end
-      e = maxval(problem%candidates%element(:, candidate))
-      if (present(beside)) e = problem%candidates%element(beside, candidate)
-      load = element_load(problem, state, e)
-      track = node_track(problem, state, candidate)
-      sense = track_sense(problem, state, candidate, track)
-      angle = rod_angle(problem, state, candidate)
-      normal = [-sin(angle), cos(angle)]
-      call excess_curvature(problem, state, candidate, excess, stretch, beside)
-      end = merge(1, 2, problem%model%mesh%node(1, e) == problem%candidates%node(candidate))
-      call ge_end(problem, state, e, end, force, moment)
-      axial = cos(angle) * force(1) + sin(angle) * force(2)
-      ! The normal force has a residual of this size from the iteration. If the exact force is zero, the sign of the residual must
-      ! not select a line contact or two point contacts.
-      if (abs(axial) <= problem%model%step(problem%step)%tolerance * norm2(force)) axial = 0.0_wp
-      bend = bend_at(problem, state, e, end - 1.0_wp)
-      call line_at(problem%tableau(problem%model%mesh%stages(e)), load, end - 1.0_wp, line, slope)
-      pressure = load%pressure + dot_product(load%gradient, node_position(state, problem%candidates%node(candidate)) - &
-         & node_position(state, problem%model%mesh%node(1, e)))
-      density = (track%curvature_second * stretch**3 - sense * bend(2)) / &
-         & problem%compliance(e)%bending - (axial * track%curvature * stretch + sense * (dot_product(line, normal) + &
-         & pressure * stretch))
-   end function virtual_pressure
 end module line_pressure

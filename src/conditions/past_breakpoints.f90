@@ -7,8 +7,8 @@ module past_breakpoints
 
 contains
 
-   !> Rod segment on which a contact span continues past an end of its own segment, if the same contact covers it and no support
-   !> acts at the boundary. Without support, force passes from the contact span to the free span there. 0: none.
+   !> Rod segment on which a contact span continues past an end of its own segment, if the same contact covers that segment and no
+   !> support acts at the boundary. (Without a support, force passes from the contact span to the free span there.) 0: none.
    pure integer function beyond(problem, contact_span, way) result(rod_segment)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: contact_span      !! index into problem%contact_span
@@ -17,8 +17,8 @@ contains
       if (any(problem%model%fixed(:, end_node(problem, contact_span, way)))) rod_segment = 0
    end function beyond
 
-   !> Rod segment beyond the end of a contact span's segment if the same contact covers it, with or without a support between. 0:
-   !> none.
+   !> Rod segment beyond the end of a contact span's own segment, if the same contact covers it; a support may act at the boundary.
+   !> 0: none.
    pure integer function across(problem, contact_span, way) result(rod_segment)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: contact_span      !! index into problem%contact_span
@@ -33,7 +33,7 @@ contains
    !> Node at one end of the rod segment of a contact span.
    pure integer function end_node(problem, contact_span, way) result(node)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: contact_span, way !! way: -1 first end, 1 last end
+      integer, intent(in) :: contact_span, way !! index of the contact span; way -1: first end, 1: last end of its rod segment
       associate (own => problem%contact_span(contact_span)%rod_segment)
          if (way < 0) then
             node = problem%model%mesh%node(1, problem%element_first(own))

@@ -1,6 +1,6 @@
-!> Tests of contact nodes. Three conditions hold for a valid set: forces at point contacts, and at ends of line contacts at segment
-!> boundaries, are compressive; at a point contact the rod is less curved than the obstacle; the gap rises from a contact at the end
-!> of a rod or at a corner.
+!> Tests of contact nodes. A valid contact set satisfies three conditions: forces at point contacts, and at ends of line contacts at
+!> segment boundaries, are compressive; at a point contact the rod is less curved than the obstacle; beside a contact at the end of
+!> a rod or at a corner, the gap increases with the distance from the contact.
 module point_tests
    use kinds, only: wp, parallel
    use problem, only: problem_t, rounding_gap
@@ -11,13 +11,13 @@ module point_tests
    use breakpoint_forces, only: breakpoint_force, at_breakpoint, left_over, breakpoint_couple
    use contact_spans, only: line_share
    use test_kinds, only: span_test_t, test_force, test_curvature, test_slope, test_leaving, test_couple
-   use lifted_node, only: inside_line, lifted_beside, lifted_at_mirror, stays_down
+   use lifted_node, only: inside_line, lifted_beside, lifted_at_mirror, stays_in_contact
    implicit none
    private
    public :: tests_of_points
 
-   real(wp), parameter :: parallel_enough = sqrt(epsilon(1.0_wp)) !! [rad] largest rotation error at a support that counts as
-   !! rounding
+   real(wp), parameter :: parallel_enough = sqrt(epsilon(1.0_wp)) !! [rad] error of the rotation at a support up to which the rod
+   !! counts as parallel to the obstacle
 
 contains
 
@@ -25,7 +25,7 @@ contains
    function tests_of_points(problem, state, scale) result(tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: scale         !! scale of forces
+      real(wp), intent(in) :: scale         !! scale of forces, see system_t
       type(span_test_t), allocatable :: tests(:)
       integer :: c
       logical :: kept, fixed
@@ -76,7 +76,7 @@ contains
       end subroutine test_slopes
    end function tests_of_points
 
-   !> A new test of the contact span at a candidate.
+   !> New test of kind `kind` of the contact span at a candidate.
    pure type(span_test_t) function new_test(problem, c, kind, value) result(test)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: c              !! candidate
@@ -85,17 +85,18 @@ contains
       test = span_test_t(kind=kind, value=value, contact_span=problem%candidates%contact_span(c), candidate=c)
    end function new_test
 
-   !> Slope of the gap beside a contact node on one side: derivative by the distance from the node, > 0 if the gap opens.
+   !> Derivative of the gap with respect to the distance from a contact node on one side of it; > 0 if the gap increases away from
+   !> the node.
    real(wp) function rise(problem, state, c, side)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c
-      integer, intent(in) :: side           !! 1: before the node, 2: after the node
+      integer, intent(in) :: side           !! side of the node: 1: before it, 2: after it
       rise = merge(1.0_wp, -1.0_wp, side == 2) * track_rotation(problem, state, c, side) * &
          & track_sense(problem, state, c, node_track(problem, state, c), side)
    end function rise
 
-   !> Test of the relative curvature (excess_curvature, valid if > 0) of a point contact, or of one side of a clamped support.
+   !> Test of the relative curvature (excess_curvature, > 0 if valid) of a point contact, or of one side of a clamped support.
    type(span_test_t) function curvature(problem, state, c, side) result(test)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -108,8 +109,8 @@ contains
       if (present(side)) test%sense = real(2 * side - 3, wp)
    end function curvature
 
-   !> Test of a point contact at a segment boundary: the negligible length minus the distance along the rod from the node to the
-   !> contact force, over the structure's size. Below zero the point contact leaves the boundary.
+   !> Test of a point contact at a segment boundary: negligible length minus the distance along the rod between the node and the
+   !> contact force, over the structure's size. If it is negative, the point contact leaves the boundary.
    type(span_test_t) function leaving(problem, state, c) result(test)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -124,11 +125,11 @@ contains
       test%sense = sign(1.0_wp, roll%way)
    end function leaving
 
-   !> Concentrated contact force at a candidate, divided by the scale, > 0: pressing.
+   !> Concentrated contact force at a candidate over the scale of forces; > 0: the obstacle presses.
    real(wp) function push(problem, state, scale, c)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: scale         !! scale of forces
+      real(wp), intent(in) :: scale         !! scale of forces, see system_t
       integer, intent(in) :: c
       real(wp) :: lift, normal(2), bend
       type(rolled_t) :: roll
@@ -137,11 +138,11 @@ contains
          return
       end if
       push = breakpoint_force(problem, state, c) / scale
-      ! At a boundary inside a line contact the force is zero except for the residual and negligible uplift. The force of a point
-      ! contact may pass through zero there: its value is kept.
+      ! At a boundary inside a line contact the force is set to zero if it is a residual or corresponds to negligible uplift. The
+      ! force of a point contact may pass through zero there; its value is kept.
       if (problem%contact_span(problem%candidates%contact_span(c))%line .and. (abs(push) <= left_over(problem) .or. &
-         & lifts_little(problem, state, c, push, scale))) push = 0.0_wp
-      ! If the contact does not constrain the node, because a moving support or another obstacle displaces the node, an open gap
+         & uplift_is_negligible(problem, state, c, push, scale))) push = 0.0_wp
+      ! A moving support or another obstacle may displace the node, so that this contact does not constrain it. An open gap then
       ! makes the test fail.
       if (closes_gap(problem, state, c)) return
       call candidate_gap(problem, state, c, lift, normal, bend)
@@ -153,7 +154,7 @@ contains
    pure logical function rests_beside(problem, c, side)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: c              !! candidate
-      integer, intent(in) :: side           !! 1: before it, 2: after it
+      integer, intent(in) :: side           !! side of the candidate: 1: before it, 2: after it
       associate (e => problem%candidates%element(side, c))
          rests_beside = e > 0
          if (rests_beside) rests_beside = problem%conforms(e) == 0
@@ -179,20 +180,20 @@ contains
       end do
    end function closes_gap
 
-   !> Couple on a line contact's node at a segment boundary, divided by scale times size, >= 0. Zero if the couple is within the
-   !> residual or lifts a negligible length.
+   !> Magnitude of the couple on a line contact's node at a segment boundary, over scale times structure's size. Zero if the couple
+   !> is within the residual or lifts a negligible length.
    real(wp) function lifting_couple(problem, state, c, scale) result(couple)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c              !! candidate
-      real(wp), intent(in) :: scale         !! scale of forces
+      real(wp), intent(in) :: scale         !! scale of forces, see system_t
       integer :: side, e
       real(wp) :: length(2)
       couple = abs(breakpoint_couple(problem, state, c)) / (scale * problem%size)
       if (couple <= left_over(problem)) couple = 0.0_wp
       if (.not. couple > 0.0_wp) return
       if (.not. inside_line(problem, c)) then
-         if (ends_down(problem, state, c)) couple = 0.0_wp
+         if (end_stays_in_contact(problem, state, c)) couple = 0.0_wp
          return
       end if
       length = lifted_beside(problem, state, c)
@@ -202,43 +203,43 @@ contains
       end do
    end function lifting_couple
 
-   !> True if the couple on the node at the end of a line contact, where the rod ends, lifts a negligible length or height.
-   logical function ends_down(problem, state, c)
+   !> True if the couple at the node where both a line contact and the rod end lifts only a negligible length or height.
+   logical function end_stays_in_contact(problem, state, c)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c
       real(wp) :: density
       integer :: e
       call find_line_end(problem, state, c, e, density)
-      ends_down = e > 0
-      if (ends_down) ends_down = stays_down(problem, e, breakpoint_couple(problem, state, c), density)
-   end function ends_down
+      end_stays_in_contact = e > 0
+      if (end_stays_in_contact) end_stays_in_contact = stays_in_contact(problem, e, breakpoint_couple(problem, state, c), density)
+   end function end_stays_in_contact
 
-   !> True if a force away from the obstacle, on a line contact's node with fixed rotation at the end of a rod (symmetry plane),
-   !> lifts a negligible length.
-   logical function lifts_little(problem, state, c, push, scale)
+   !> True if a force away from the obstacle lifts only a negligible length: the force acts on a line contact's node with fixed
+   !> rotation at the end of a rod (symmetry plane).
+   logical function uplift_is_negligible(problem, state, c, push, scale)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c              !! candidate
-      real(wp), intent(in) :: push          !! force over the scale, > 0: the obstacle presses
-      real(wp), intent(in) :: scale         !! scale of forces
+      real(wp), intent(in) :: push          !! contact force over the scale of forces; > 0: the obstacle presses
+      real(wp), intent(in) :: scale         !! scale of forces, see system_t
       real(wp) :: density
       integer :: e
-      lifts_little = push < 0.0_wp .and. problem%model%fixed(3, problem%candidates%node(c))
-      if (.not. lifts_little) return
+      uplift_is_negligible = push < 0.0_wp .and. problem%model%fixed(3, problem%candidates%node(c))
+      if (.not. uplift_is_negligible) return
       call find_line_end(problem, state, c, e, density)
-      lifts_little = e > 0
-      if (lifts_little) lifts_little = lifted_at_mirror(-push * scale, density) <= line_share * &
+      uplift_is_negligible = e > 0
+      if (uplift_is_negligible) uplift_is_negligible = lifted_at_mirror(-push * scale, density) <= line_share * &
          & problem%layout%rod_segment(problem%rod_segment(e))%length
-   end function lifts_little
+   end function uplift_is_negligible
 
-   !> Finds the element of a line contact at a candidate at which both the line contact and the rod end, and the density of the
+   !> Finds the element of a line contact at a candidate at which both the line contact and the rod end; also the density of the
    !> obstacle's force there.
    subroutine find_line_end(problem, state, c, e, density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c
-      integer, intent(out) :: e             !! 0: the candidate is not the end of a line contact and a rod
+      integer, intent(out) :: e             !! element; 0: the candidate is not the end of both a line contact and a rod
       real(wp), intent(out) :: density
       real(wp) :: local(3), place(2), angle
       integer :: side

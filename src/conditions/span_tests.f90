@@ -1,9 +1,9 @@
 !> Tests whether a set of contact spans is the right one. The test functions are smooth along the path while the set is unchanged,
-!> and >= 0 while it is valid. At their zeros contact begins, ends, spreads or splits.
+!> and >= 0 while it is valid. Where one of them is zero, contact begins, ends, spreads or splits.
 !>
-!> Modules of a contact change, in order: tests; first test that vanishes on an increment (span_events); location of the zero
-!> (span_location, closing_spans, beginning_place); record (span_changes); next contact set (contact_trials); first point with the
-!> next set (entering_contact_set).
+!> The modules of a contact change, in order: evaluation of the tests (this module); first test that vanishes on an increment
+!> (span_events); location of its zero (span_location, closing_spans, beginning_place); record of the change (span_changes); next
+!> contact set (contact_trials); first point with the next set (entering_contact_set).
 module span_tests
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -24,9 +24,9 @@ module span_tests
    type :: free_span_t
       integer :: rod_segment = 0
       integer :: element(2) = 0             !! first and last element
-      integer :: contact_span(2) = 0  !! contact spans before and after the free span, indices into problem%contact_span; a contact
-      !! span of the next segment at the boundary counts if the other side has a contact of this segment. 0: no contact there
-      integer :: contact(2) = 0             !! contacts of these contact spans, indices into model%contact; 0: none
+      integer :: contact_span(2) = 0 !! contact spans before and after the free span, indices into problem%contact_span; 0: none. At
+      !! a segment boundary a contact span of the next segment counts if there is a contact span of this segment at the other end
+      integer :: contact(2) = 0             !! contacts to which these contact spans belong, indices into model%contact; 0: none
    end type free_span_t
 
 contains
@@ -35,9 +35,9 @@ contains
    function run_span_tests(problem, state, scale, only) result(tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: scale         !! scale of forces
-      integer, intent(in), optional :: only !! index of the only test whose value is needed, 0: tests of points only; gaps and
-      !! pressures that these do not need are then not evaluated
+      real(wp), intent(in) :: scale         !! scale of forces, see system_t
+      integer, intent(in), optional :: only !! index of the only test whose value is needed; 0: only the tests of points are needed.
+      !! Gaps and pressures on which these do not depend are then not evaluated
       type(span_test_t), allocatable :: tests(:)
       type(span_test_t), allocatable :: points(:), gaps(:), lengths(:)
       integer :: k, i
@@ -59,8 +59,8 @@ contains
 
    contains
 
-      !> True if the value of a test requires the gaps of free spans: a gap test, or a curvature test, which is passed if the free
-      !> span beside it is closed (is_closed).
+      !> True if the value of a test depends on the gaps of free spans: a gap test, or a curvature test, which counts as passed if
+      !> the free span beside the contact is closed (is_closed).
       pure logical function needs_gaps(which)
          integer, intent(in) :: which
          needs_gaps = which > 0 .and. which <= size(gaps)
@@ -75,13 +75,13 @@ contains
          is_closed = test%kind == test_vanishing .and. abs(test%value) * problem%size <= rounding_gap(problem)
       end function is_closed
    end function run_span_tests
-   !> Gap tests: the least gap of each free span, the least gap between each line contact and other obstacles, and the largest gap
-   !> of a free span beside contact spans (closing gap).
+   !> Tests of gaps: the least gap of each free span, the least gap between each line contact and other obstacles, and the largest
+   !> gap of each free span beside contact spans (closing gap).
    function gap_tests(problem, state, points, valued) result(tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: points(:) !! tests of contact nodes
-      logical, intent(in) :: valued              !! false: gaps are not evaluated, values are 0
+      logical, intent(in) :: valued              !! true: the gaps are evaluated; false: the values are 0
       type(span_test_t), allocatable :: tests(:)
       type(span_test_t) :: test
       type(free_span_t), allocatable :: span(:)
@@ -105,19 +105,19 @@ contains
             tests = [tests, test]
             test%beside = merge(span(i)%contact_span, 0, span(i)%contact == k)
             if (all(test%beside == 0)) cycle
-            ! A contact of the next segment at the boundary counts only together with a contact of this segment with the same
-            ! obstacle.
+            ! A contact of the next segment at the boundary counts only if this segment has, at the other end, a contact with the
+            ! same obstacle.
             if (.not. any(test%beside > 0 .and. problem%contact_span(max(test%beside, 1))%rod_segment == span(i)%rod_segment)) cycle
             test%kind = test_vanishing
             test%value = largest / problem%size
             test%ends = span_ends(problem, state, span(i))
-            ! The gap is proportional to the sixth power of the span's length and is below rounding long before the length between
-            ! two contacts is: then the length is the test.
+            ! The gap is proportional to the sixth power of the free span's length: it is below rounding when the length between the
+            ! two contacts is still large. The length is then the test value.
             if (abs(largest) <= rounding_gap(problem)) test%value = rounding_gap(problem) / problem%size * &
                & ((test%ends(2) - test%ends(1)) / problem%layout%rod_segment(test%rod_segment)%length - shortest)
             tests = [tests, test]
          end do
-         ! A part of a rod in line contact with one obstacle may touch another one.
+         ! A part of a rod in line contact with one obstacle may also touch another obstacle.
          do i = 1, size(problem%contact_span)
             associate (line => problem%contact_span(i))
                if (.not. line%line .or. line%contact == k .or. .not. problem%covered(line%rod_segment, k)) cycle
@@ -131,7 +131,7 @@ contains
 
    contains
 
-      !> Nodes whose contact to `contact` fails its own test.
+      !> (nodes) true: the node belongs to contact `contact`, and the node's own test fails.
       function failing(contact) result(fails)
          integer, intent(in) :: contact
          logical :: fails(problem%model%mesh%n_nodes)
@@ -144,7 +144,8 @@ contains
       end function failing
    end function gap_tests
 
-   !> Length tests: line contacts that shrink to points, and free spans that close between a contact span and a segment boundary.
+   !> Tests of lengths: of line contacts that shrink to points, and of free spans that close between a contact span and a segment
+   !> boundary.
    function length_tests(problem, state) result(tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -179,12 +180,12 @@ contains
       end subroutine add
    end function length_tests
 
-   !> Pressure tests of line contacts: least density along each.
+   !> Tests of pressures: the least density along each line contact.
    function pressure_tests(problem, state, scale, valued) result(tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: scale         !! scale of forces
-      logical, intent(in) :: valued         !! false: pressures are not evaluated, values are 0
+      real(wp), intent(in) :: scale         !! scale of forces, see system_t
+      logical, intent(in) :: valued         !! true: the pressures are evaluated; false: the values are 0
       type(span_test_t), allocatable :: tests(:)
       type(span_test_t) :: test
       type(contact_span_t), allocatable :: now(:)
@@ -203,11 +204,11 @@ contains
       end do
    end function pressure_tests
 
-   !> True if a converged state passes all tests: its set of contact spans is the right one.
+   !> True if a converged state passes all tests, which means that its set of contact spans is the right one.
    logical function spans_hold(problem, state, scale)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: scale              !! scale of forces
+      real(wp), intent(in) :: scale              !! scale of forces, see system_t
       spans_hold = .not. any_fails(run_span_tests(problem, state, max(scale, tiny(scale))))
    end function spans_hold
 
@@ -244,7 +245,7 @@ contains
 
       pure subroutine add(last, after)
          integer, intent(in) :: last, after
-         ! A contact span at a segment boundary has no free span between it and this boundary.
+         ! If a contact span ends at a segment boundary, there is no free span between the contact span and the boundary.
          if (last < first) return
          span = [span, free_span_t(j, [first, last], [before, after])]
          if (before == 0 .and. after > 0) span(size(span))%contact_span(1) = contact_at(problem%model%mesh%node(1, first))

@@ -7,29 +7,31 @@ module test_kinds
    public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_vanishing, test_crossing, test_slope, &
       & test_leaving, test_couple
 
-   ! Kinds of tests.
+   ! Kinds of tests:
    integer, parameter :: test_gap = 1       !! least gap of a free span
    integer, parameter :: test_force = 2     !! concentrated force of a point contact, or of a line contact at a segment boundary
-   integer, parameter :: test_curvature = 3 !! relative curvature of a point contact: rod less obstacle, > 0 away from the obstacle
+   integer, parameter :: test_curvature = 3 !! relative curvature of a point contact: curvature of the rod minus that of the
+   !! obstacle, > 0 away from the obstacle
    integer, parameter :: test_pressure = 4  !! least density of force along a line contact
    integer, parameter :: test_length = 5    !! length of a line contact
-   integer, parameter :: test_vanishing = 6 !! largest gap of a free span beside a contact; once this gap is below rounding, the
-   !! length of the span
+   integer, parameter :: test_vanishing = 6 !! largest gap of a free span beside a contact; if this gap is below rounding, the
+   !! length of the free span
    integer, parameter :: test_crossing = 7  !! length of a free span between a contact span and a segment boundary
    integer, parameter :: test_slope = 8     !! slope of the gap beside a contact at the end of a rod or at a corner
-   integer, parameter :: test_leaving = 9   !! point contact at a segment boundary: negligible distance of the contact force from
-   !! the node, minus this distance
-   integer, parameter :: test_couple = 10   !! minus the size of the couple that a line contact's node at a segment boundary needs
+   integer, parameter :: test_leaving = 9 !! point contact at a segment boundary: negligible distance of the contact force from the
+   !! node, minus the actual distance
+   integer, parameter :: test_couple = 10 !! minus the magnitude of the couple that acts on a line contact's node at a segment
+   !! boundary
 
-   !> Meaning of a zero of each kind.
+   !> For each kind of test: what happens where its value is zero.
    character(*), parameter :: test_words(10) = [character(40) :: 'contact begins', 'contact ends', 'a contact point spreads', &
       & 'contact opens inside', 'a contact line shrinks to a point', 'a free span lies down', &
       & 'contact comes to a breakpoint of the rod', 'an end of a rod lies down', &
       & 'contact leaves a breakpoint of the rod', 'a couple lifts a line']
 
-   real(wp), parameter :: inside_elements = 1.0e-9_wp !! error of the solution inside elements
+   real(wp), parameter :: inside_elements = 1.0e-9_wp !! error of the solution inside elements, relative
 
-   !> Slack by which a test may be below zero before it counts as violated.
+   !> For each kind of test: amount by which its value may be below zero before the test counts as failed.
    real(wp), parameter :: test_slack(10) = [ &
       & inside_elements, & ! gap
       & inside_elements, & ! force
@@ -42,21 +44,21 @@ module test_kinds
       & 0.0_wp, &    ! leaving
       & inside_elements]   ! couple
 
-   real(wp), parameter :: well_below = 10.0_wp !! multiple of the slack: at the zero of one test, another test below minus this
-   !! value fails
+   real(wp), parameter :: well_below = 10.0_wp !! multiple of this amount: where one test is zero, another one fails if it is below
+   !! minus this multiple
 
-   !> One test of a contact set in one state.
+   !> One test of a contact set and its value in one state.
    type :: span_test_t
       integer :: kind = 0
-      real(wp) :: value = 0.0_wp            !! divided by the structure's length, force or curvature
-      integer :: contact_span = 0           !! contact span, index into problem%contact_span; 0: none yet
+      real(wp) :: value = 0.0_wp            !! value of the test over the structure's length, force or curvature
+      integer :: contact_span = 0           !! index of the tested contact span in problem%contact_span; 0: it does not exist yet
       integer :: candidate = 0              !! force, curvature, slope: contact node
       integer :: contact = 0                !! gap, vanishing: index into model%contact
       integer :: rod_segment = 0
-      integer :: beside(2) = 0              !! vanishing: contact spans before and after the free span; 0: none of this contact
-      real(wp) :: ends(2) = 0.0_wp          !! vanishing: ends of the free span along the rod segment
-      real(wp) :: at = 0.0_wp               !! gap, pressure: position along the rod segment
-      !> Side or sense, by kind:
+      integer :: beside(2) = 0 !! vanishing: contact spans before and after the free span; 0: no contact span of this contact
+      real(wp) :: ends(2) = 0.0_wp          !! vanishing: coordinates of the free span's ends along the rod segment
+      real(wp) :: at = 0.0_wp               !! gap, pressure: coordinate of the least value along the rod segment
+      !> Side or direction, by kind of test:
       !>   pressure   at the first end (-1), inside (0), at the last end (1) of the line contact
       !>   curvature  before (-1) or after (1) a support that fixes the rotation; 0: the rotation is free
       !>   crossing, slope   free span or rod before (-1) or after (1) the contact
@@ -66,16 +68,16 @@ module test_kinds
 
 contains
 
-   !> True if any test is below zero by more than its slack.
+   !> True if any test is below zero by more than its permitted amount.
    pure logical function any_fails(tests)
       type(span_test_t), intent(in) :: tests(:)
       any_fails = .not. all(tests%value >= -test_slack(tests%kind))
    end function any_fails
 
-   !> True if a test changes from passed to failed on an increment. A pressure, whose slack is the widest, counts if it changes from
-   !> above the slack to below zero.
+   !> True if a test changes from passed to failed on an increment. A pressure has the largest permitted amount; it counts only if
+   !> it changes from above this amount to below zero.
    elemental logical function crosses(before, after)
-      type(span_test_t), intent(in) :: before, after !! one test at both ends of an increment
+      type(span_test_t), intent(in) :: before, after !! the same test at the start and at the end of an increment
       associate (slack => test_slack(after%kind))
          crosses = .not. after%value >= -slack
          if (after%kind == test_pressure) crosses = crosses .or. (after%value < 0.0_wp .and. before%value > slack)
@@ -88,7 +90,7 @@ contains
       any_crosses = any(crosses(before, after))
    end function any_crosses
 
-   !> True if a test other than the one at its zero is below zero by more than `well_below` slacks.
+   !> True if a test, other than the one that is zero, is below zero by more than `well_below` permitted amounts.
    pure logical function another_fails(tests, which)
       type(span_test_t), intent(in) :: tests(:)
       integer, intent(in) :: which               !! index of the test that is zero

@@ -1,14 +1,15 @@
-!> Tests whether a corrected point lies on the path on which the increment began.
+!> Tests whether a corrected point lies on the same path as the point from which the increment began.
 !>
-!> Along a smooth path three conditions hold: the chord between two points equals the mean of the tangents at both (trapezoidal
-!> rule) up to the third order of its length, the mean load rate lies between the rates at both ends, and the tangent turns little
-!> over an increment of reasonable length. A corrector that has converged to another path, or behind a loop of the same path,
-!> satisfies them only by accident. They are checked after each correction, for every strategy (distance and angle: Allgower & Georg
+!> Along a smooth path three conditions hold. The chord between two points equals the mean of their tangents (trapezoidal rule) up
+!> to the third order of its length. The mean load rate lies between the rates at the two points. The tangent turns little over an
+!> increment of reasonable length. A corrector that has converged to another path, or behind a loop of the same path, satisfies the
+!> conditions only by accident. They are checked after each correction, for every strategy (distance and angle: Allgower & Georg
 !> 1990, 6.1; Rheinboldt & Burkardt 1983).
 !>
-!> Displacements are measured in the metric of path_control, load changes relative to the larger load rate of both ends: the test
-!> depends neither on units, mesh nor strategy. Nodes that move with touchdown points are included, because their displacements and
-!> tangents (path_control) are smooth; the line contact behind such a node has no weight, whatever its length (free_weights).
+!> Displacements are measured in the metric of path_control, load changes relative to the larger of the two load rates. The test
+!> depends neither on units nor on mesh nor on strategy. Nodes that move with touchdown points are included, because their
+!> displacements and tangents (path_control) are smooth. The line contact behind such a node has no weight, whatever its length
+!> (free_weights).
 module path_continuity
    use kinds, only: wp, pi
    use model, only: method_cylindrical, method_load, method_linearised
@@ -21,43 +22,45 @@ module path_continuity
    implicit none
    private
    public :: path_tangent_t, normal_plane, relation_t, path_tangent_at, relate, same_path, turned_over, too_far, at_corner, &
-      & length_to_corner, angle_between, stands_still, chord_between, seen_from, between, part_at, lies_between, goes_back, &
-      & alike, blended, largest_turn, largest_distance
+      & length_to_corner, angle_between, stands_still, chord_between, transferred_field, between, part_at, lies_between, &
+      & goes_back, alike, blended, largest_turn, largest_distance
 
    !> Unit tangent of a path at a point.
    type :: path_tangent_t
       real(wp), allocatable :: u(:, :)          !! (3, nodes) d(displacements)/d(arc length)
-      real(wp) :: load = 0.0_wp                 !! d(load factor)/d(arc length); 1 if no displacement changes
+      real(wp) :: load = 0.0_wp                 !! d(load factor)/d(arc length); 1 if all displacements are constant along the path
    end type path_tangent_t
 
    !> Comparison of two points and their tangents.
    type :: relation_t
-      logical :: comparable = .false.           !! false: no displacement changes, no comparison is possible
-      real(wp) :: length = 0.0_wp               !! length of the chord
-      real(wp) :: turn = 0.0_wp                 !! angle between the tangents
-      real(wp) :: distance = 0.0_wp             !! norm of chord/length - mean of the tangents; 1/8 turn^2 on a circle
-      real(wp) :: load = 0.0_wp !! distance of the mean load rate from the interval between both load rates, relative to the faster
-      !! rate
-      real(wp) :: bending = 0.0_wp  !! distance of the mean rate of the rotations (a vector over all nodes) from the ball that has
-      !! the rates at both ends as opposite poles, relative to the larger rate
-      real(wp) :: rotation = 0.0_wp             !! [rad] largest rotation, if the first tangent is unknown
+      logical :: comparable = .false.           !! false: all displacements are constant, and no comparison is possible
+      real(wp) :: length = 0.0_wp               !! length of the chord in the path metric
+      real(wp) :: turn = 0.0_wp                 !! [rad] angle between the two tangents
+      real(wp) :: distance = 0.0_wp             !! norm of (chord/length minus mean of the tangents); turn^2/8 on a circle
+      real(wp) :: load = 0.0_wp !! distance of the mean load rate from the interval between the two load rates, over the larger of
+      !! the two
+      real(wp) :: bending = 0.0_wp !! distance of the mean rate of the rotations (a vector over all nodes) from the ball in which
+      !! the rates at the two points are opposite poles, over the larger of the two rates
+      real(wp) :: rotation = 0.0_wp             !! [rad] largest rotation of a node, used if the first tangent is unknown
    end type relation_t
 
    interface stands_still
-      module procedure heading_stands, rate_stands
+      module procedure moves_by_rounding, rate_is_rounding
    end interface stands_still
 
    real(wp), parameter :: largest_turn = 0.5_wp !! [rad] largest turn of the tangent in one increment
-   real(wp), parameter :: largest_distance = 0.5_wp * largest_turn**2 !! four times the value of a circular arc of that turn
-   real(wp), parameter :: largest_load = largest_distance !! bound of `load` for a load rate that is not monotone over the increment
+   real(wp), parameter :: largest_distance = 0.5_wp * largest_turn**2 !! largest accepted `distance`: four times that of a circular
+   !! arc with the largest turn
+   real(wp), parameter :: largest_load = largest_distance !! largest accepted `load`, for a load rate that is not monotonic over the
+   !! increment
    real(wp), parameter :: right_angle = 0.5_wp * pi
-   real(wp), parameter :: no_motion = 1.0e-10_wp !! arc length due to rounding, if loads only stress an immovable structure
+   real(wp), parameter :: no_motion = 1.0e-10_wp !! arc length that is mere rounding, as if loads only stress an immovable structure
 
 contains
 
    !> Control that prescribes the plane normal to the path tangent at a point. The load factor is scaled so that the whole load has
-   !> the same weight as the whole displacement. The plane then mainly prescribes displacements at limit points, even of a slender
-   !> structure that has hardly moved, and the load if the structure hardly moves with it.
+   !> the same weight as the whole displacement. At limit points the plane then prescribes mainly displacements, even of a slender
+   !> structure that has hardly moved. If the structure hardly moves with the load, it prescribes mainly the load.
    function normal_plane(problem, state, heading, least) result(plane)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -68,7 +71,7 @@ contains
       plane%method = method_load
       if (.not. metric(problem, heading%u, heading%u) > 0.0_wp) return
       plane%method = method_linearised
-      ! A displacement whose size is below the root of the rounding unit cannot prescribe a point.
+      ! A displacement smaller than the square root of the rounding unit is too inaccurate to prescribe a point.
       all_of_it = max(sqrt(metric(problem, state%u, state%u)), sqrt(epsilon(norm)))
       if (present(least)) all_of_it = max(all_of_it, least)
       if (abs(state%load_factor) > 0.0_wp) plane%load_scale = all_of_it / abs(state%load_factor)
@@ -81,8 +84,9 @@ contains
    function path_tangent_at(problem, system, direction, direction_load) result(heading)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system      !! factored at the state
-      real(wp), intent(in) :: direction(:, :)   !! (3, nodes) displacements; if zero the sign of the load factor decides
-      real(wp), intent(in) :: direction_load    !! load factor component of the direction
+      real(wp), intent(in) :: direction(:, :) !! (3, nodes) displacements of the direction; if they are zero, the sign of the load
+      !! factor decides
+      real(wp), intent(in) :: direction_load    !! load factor of the direction
       type(path_tangent_t) :: heading
       type(control_t) :: control
       control%method = method_cylindrical
@@ -91,13 +95,13 @@ contains
       heading%load = control%tangent_load
    end function path_tangent_at
 
-   !> Compares two points of a path and their tangents.
+   !> Compares two points of a path by their chord and their tangents.
    pure function relate(problem, from, to, before, after, fresh) result(relation)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
       type(path_tangent_t), intent(in) :: before, after !! tangents at `from` and `to`
-      logical, intent(in) :: fresh              !! true: `from` is an unloaded start, whose tangent assumes its contacts closed. The
-      !! response to a small load is proportional to the load, and the chord is used instead of the tangent
+      logical, intent(in) :: fresh !! true: `from` is an unloaded start, whose tangent was computed with its contacts closed. There
+      !! the response to a small load is proportional to the load, and the chord is used instead of the tangent
       type(relation_t) :: relation
       real(wp), dimension(3, size(from%u, 2)) :: chord, first, last
       real(wp) :: length, rise, rates(2), faster, unknown, weight(size(from%u, 2))
@@ -107,17 +111,17 @@ contains
       if (length <= no_motion) return
       rise = (to%load_factor - from%load_factor) / length
       chord = chord / length
-      call seen(after, last, rates(2), to)
+      call take_tangent(after, last, rates(2), to)
       if (fresh) then
          first = chord
          rates(1) = rise
          relation%rotation = length * maxval(abs(chord(3, :)))
       else
-         call seen(before, first, rates(1), from)
+         call take_tangent(before, first, rates(1), from)
       end if
       if (.not. (product_of(first, first) > 0.0_wp .and. product_of(last, last) > 0.0_wp)) return
-      ! If displacements change by rounding only, the tangents are meaningless, and the chord is the error to which an event was
-      ! located.
+      ! If displacements change by rounding only, the tangents are meaningless, and the chord is the accuracy with which an event
+      ! was located.
       if (length <= problem%model%step(problem%step)%locate_tolerance .and. stands_still(rates(1), length * rise) .and. &
          & stands_still(rates(2), length * rise)) return
       relation%comparable = .true.
@@ -128,12 +132,11 @@ contains
       relation%load = max(rise - maxval(rates), minval(rates) - rise) - &
          & problem%model%step(problem%step)%tolerance * max(abs(from%load_factor), abs(to%load_factor)) / length
       relation%load = max(relation%load, 0.0_wp) / max(maxval(abs(rates)), tiny(1.0_wp))
-      ! From here on `chord` is the difference between the chord and the mean of the tangents, and `last` is half of the difference
-      ! of the tangents.
+      ! From here on `chord` is the chord minus the mean of the tangents, and `last` is half of the difference of the tangents.
       last = 0.5_wp * (last - first)
       faster = sqrt(max(turning(problem, first, first), turning(problem, first + 2.0_wp * last, first + 2.0_wp * last)))
-      ! Error of the mean rate: the position of a freely rolling rod is accurate to the iteration tolerance only, other rotations
-      ! have the discretisation error that the deck allows.
+      ! Error of the mean rate. The position of a freely rolling rod is only as accurate as the tolerance of the iteration; other
+      ! rotations have the discretisation error that the deck allows.
       unknown = no_motion / length
       associate (step => problem%model%step(problem%step))
          if (problem%rolling > 0) unknown = max(unknown, step%tolerance * problem%size / length)
@@ -145,20 +148,20 @@ contains
    contains
 
       !> Transfers a tangent to the nodes of `from` and normalises it.
-      pure subroutine seen(heading, u, rate, there)
+      pure subroutine take_tangent(heading, u, rate, there)
          type(path_tangent_t), intent(in) :: heading
          real(wp), intent(out) :: u(:, :), rate
-         type(state_t), intent(in) :: there     !! the state of that tangent
+         type(state_t), intent(in) :: there     !! state at which the tangent was computed
          real(wp) :: norm
-         u = seen_from(problem, from, there, heading%u)
+         u = transferred_field(problem, from, there, heading%u)
          norm = sqrt(product_of(u, u))
          rate = heading%load
          if (.not. norm > 0.0_wp) return
          u = u / norm
          rate = heading%load / norm
-      end subroutine seen
+      end subroutine take_tangent
 
-      !> Inner product of displacements with these weights.
+      !> Inner product of displacements with the weights `weight`.
       pure real(wp) function product_of(a, b)
          real(wp), intent(in) :: a(:, :), b(:, :)
          product_of = sum(weight * (a(1, :) * b(1, :) + a(2, :) * b(2, :)))
@@ -166,7 +169,7 @@ contains
    end function relate
 
    !> Weights of the nodes in the metric, without the half elements of line contacts beside a touchdown point. When the touchdown
-   !> point moves on along the rod, the small gap at its former position would have the weight of such a half element.
+   !> point moves along the rod, a small gap opens at its previous position and would count with the weight of such a half element.
    pure function free_weights(problem, state) result(weight)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -189,26 +192,25 @@ contains
       weight = weight / (sum(state%geometry%element%length) * problem%size**2)
    end function free_weights
 
-   !> True if two points can be neighbours on one path. Points that cannot be compared count as such, too.
+   !> True if two points can be neighbours on one path; also true if they cannot be compared.
    pure logical function same_path(relation)
       type(relation_t), intent(in) :: relation
       same_path = .not. relation%comparable .or. (relation%turn <= largest_turn .and. relation%distance <= largest_distance .and. &
-         & relation%load <= largest_load .and. &
-         & relation%bending <= largest_load .and. .not. turned_over(relation))
+         & relation%load <= largest_load .and. relation%bending <= largest_load .and. .not. turned_over(relation))
    end function same_path
 
-   !> True if the corrector may have turned a rod over, that is, rotated it by more than a right angle in one increment, from a
-   !> start without a tangent.
+   !> True if, from a start without a tangent, a rod has rotated by more than a right angle in one increment: the corrector may have
+   !> turned the rod over.
    pure logical function turned_over(relation)
       type(relation_t), intent(in) :: relation
       turned_over = relation%comparable .and. relation%rotation > right_angle
    end function turned_over
 
-   !> True if a point is much farther from the start than the increment prescribed. A strategy without a constraint equation can
-   !> converge to such a point; on the same path the distance equals the increment up to the order of the squared turn.
+   !> True if the distance of a point from the start is much larger than the increment prescribes. A strategy without a constraint
+   !> equation can converge to such a point. On the same path the distance equals the increment up to the order of the squared turn.
    pure logical function too_far(problem, control, relation)
       type(problem_t), intent(in) :: problem
-      type(control_t), intent(in) :: control    !! control; with its tangent if it prescribes an arc length
+      type(control_t), intent(in) :: control    !! control of the increment; its tangent must be set if it prescribes an arc length
       type(relation_t), intent(in) :: relation
       too_far = .false.
       if (is_arc_length(control%method)) too_far = relation%length > (1.0_wp + largest_turn) * abs(control%increment) * &
@@ -216,10 +218,10 @@ contains
    end function too_far
 
    !> True if the path has a corner between two points: a shorter increment from the same point turns the tangent by about the same
-   !> angle. Piecewise linear foundation laws and contact changes cause corners.
+   !> angle as a longer one. Piecewise linear foundation laws and contact changes cause corners.
    pure logical function at_corner(longer, shorter)
-      type(relation_t), intent(in) :: longer, shorter !! start and end of two increments from one point, compared
-      real(wp), parameter :: as_much = 0.75_wp  ! on a curve the turn falls in proportion to the length
+      type(relation_t), intent(in) :: longer, shorter !! relations of two increments from one point, with their ends
+      real(wp), parameter :: as_much = 0.75_wp  ! on a smooth curve the turn decreases in proportion to the length of the increment
       at_corner = longer%comparable .and. shorter%comparable .and. shorter%length < as_much * longer%length .and. &
          & shorter%turn > as_much * longer%turn .and. shorter%turn < right_angle
    end function at_corner
@@ -227,15 +229,15 @@ contains
    !> Angle between two fields; 0 if one of them is zero.
    pure real(wp) function angle_between(problem, a, b) result(angle)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: a(:, :), b(:, :)   !! (3, nodes)
+      real(wp), intent(in) :: a(:, :), b(:, :)   !! (3, nodes) displacement fields
       real(wp) :: norms
       angle = 0.0_wp
       norms = sqrt(metric(problem, a, a) * metric(problem, b, b))
       if (norms > 0.0_wp) angle = acos(min(max(metric(problem, a, b) / norms, -1.0_wp), 1.0_wp))
    end function angle_between
 
-   !> Arc length from a point to the intersection of its tangent with that of another point, the corner between both; negative if
-   !> the tangents do not intersect, as on different paths.
+   !> Arc length from a point to the corner of the path before another point: the intersection of the tangents at both points.
+   !> Negative if the tangents do not intersect, as on different paths.
    pure real(wp) function length_to_corner(problem, from, to, before, after) result(first)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
@@ -245,14 +247,14 @@ contains
       first = -1.0_wp
       chord = chord_between(problem, from, to)
       length = sqrt(metric(problem, chord, chord))
-      ahead = seen_from(problem, from, to, after%u)
+      ahead = transferred_field(problem, from, to, after%u)
       rate = sqrt(metric(problem, ahead, ahead))
       if (.not. (length > no_motion .and. rate > 0.0_wp .and. metric(problem, before%u, before%u) > 0.0_wp)) return
       ahead = ahead / rate
       rate = after%load / rate
       cosine = metric(problem, before%u, ahead)
       if (.not. abs(cosine) < 1.0_wp) return
-      ! Components of the chord along both tangents, by least squares.
+      ! Components of the chord in the directions of the two tangents, by least squares.
       along = [metric(problem, chord, before%u), metric(problem, chord, ahead)]
       second = (along(2) - cosine * along(1)) / (1.0_wp - cosine**2)
       left = to%load_factor - from%load_factor
@@ -263,21 +265,21 @@ contains
       first = along(1) - cosine * second
    end function length_to_corner
 
-   !> True if a load change moves the structure by rounding only, so that the path tangent has no direction.
-   pure logical function heading_stands(heading, rise) result(stands)
+   !> True if a change of the load moves the structure by rounding only, so that the path tangent has no direction.
+   pure logical function moves_by_rounding(heading, rise) result(stands)
       type(path_tangent_t), intent(in) :: heading
       real(wp), intent(in) :: rise              !! change of the load factor
-      stands = .not. any(abs(heading%u) > 0.0_wp) .or. rate_stands(heading%load, rise)
-   end function heading_stands
+      stands = .not. any(abs(heading%u) > 0.0_wp) .or. rate_is_rounding(heading%load, rise)
+   end function moves_by_rounding
 
-   !> True if a load change moves the structure by rounding only, for a tangent given by its load rate.
-   pure logical function rate_stands(rate, rise) result(stands)
+   !> True if a change of the load moves the structure by rounding only, for a path tangent given by its load rate.
+   pure logical function rate_is_rounding(rate, rise) result(stands)
       real(wp), intent(in) :: rate              !! d(load factor)/d(arc length)
       real(wp), intent(in) :: rise
       stands = abs(rise) <= no_motion * abs(rate)
-   end function rate_stands
+   end function rate_is_rounding
 
-   !> Displacement from one state to another, of the material points at the nodes of `from`.
+   !> Displacement between two states of the material points that are nodes of `from`.
    pure function chord_between(problem, from, to) result(chord)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
@@ -289,18 +291,18 @@ contains
       chord = to%u - from%u
    end function chord_between
 
-   !> Transfers a rate field from the nodes of one state to those of another.
-   pure function seen_from(problem, from, there, u) result(seen)
+   !> Transfers a rate field from the nodes of one state to the nodes of another.
+   pure function transferred_field(problem, from, there, u) result(seen)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, there
       real(wp), intent(in) :: u(:, :)           !! (3, nodes) field at the nodes of `there`
       real(wp) :: seen(3, size(u, 2))
       seen = u
       if (problem%moves_nodes()) seen = field_at(problem, there, u, from%geometry)
-   end function seen_from
+   end function transferred_field
 
-   !> True if two states can be interpolated smoothly: they have the same contact set and, on a mesh with fixed nodes, the same node
-   !> positions.
+   !> True if two states can be interpolated smoothly: they have the same contact set and, on a mesh with fixed nodes, the same
+   !> positions of nodes along the rods.
    pure logical function alike(problem, a, b)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: a, b
@@ -309,7 +311,8 @@ contains
       do c = 1, size(a%segment)
          if (.not. alike) return
          if (a%segment(c) == b%segment(c)) cycle
-         ! If only one state has a definite segment of the law, the states count as alike if both or neither are in contact.
+         ! If the segment of the force law is known for one of the states only, the two states count as alike if both or neither are
+         ! in contact.
          alike = any([a%segment(c), b%segment(c)] == segment_unknown)
          if (.not. alike) return
          e = problem%ground%chain%element(2, c)
@@ -322,13 +325,14 @@ contains
       end do
    end function alike
 
-   !> Interpolates between two points of one path. The interpolation is cubic in displacements and load factor; it is linear in the
-   !> other variables and in displacements of nodes that move along the rod, of which the tangents are not the rates.
+   !> Interpolates between two points of one path. The interpolation is cubic in displacements and load factor. It is linear in the
+   !> other variables, and in the displacements of nodes that move along the rod, because the tangents are not the rates of these.
    function between(problem, from, to, before, after, part) result(state)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: from, to     !! alike
-      type(path_tangent_t), intent(in) :: before, after !! tangents at both; if zero: linear in displacements, too
-      real(wp), intent(in) :: part              !! 0 to 1, of the arc length
+      type(state_t), intent(in) :: from, to     !! the two states; `alike` must be true
+      type(path_tangent_t), intent(in) :: before, after !! path tangents at `from` and `to`; if they are zero, displacements are
+      !! interpolated linearly, too
+      real(wp), intent(in) :: part              !! position of the interpolated state, 0 to 1, as a fraction of the arc length
       type(state_t) :: state
       real(wp) :: length, weight(3)
       state = blended(problem, [from, to], [1.0_wp - part, part])
@@ -343,11 +347,12 @@ contains
       where (state%segment == segment_unknown) state%segment = to%segment
    end function between
 
-   !> Weighted mean of states of one path, with nodes at the weighted mean of their positions. Flags are those of the first state.
+   !> Weighted mean of states of one path. The nodes are at the weighted mean of their positions along the rods. Flags are those of
+   !> the first state.
    function blended(problem, states, weight) result(state)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: states(:)    !! alike
-      real(wp), intent(in) :: weight(:)         !! their sum is one
+      type(state_t), intent(in) :: states(:)    !! the states; `alike` must be true for any two
+      real(wp), intent(in) :: weight(:)         !! weights of the states, sum 1
       type(state_t) :: state
       integer :: i
       state = states(1)
@@ -362,12 +367,12 @@ contains
       if (problem%moves_nodes()) call blend_geometry(problem, states, weight, state)
    end function blended
 
-   !> Moves the nodes of a state to the weighted mean of their positions in other states; the weights sum to one.
+   !> Moves the nodes of a state to the weighted mean of their positions in other states.
    subroutine blend_geometry(problem, states, weight, state)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: states(:)
       real(wp), intent(in) :: weight(:)
-      type(state_t), intent(inout) :: state     !! its displacements change with the nodes
+      type(state_t), intent(inout) :: state     !! out: displacements belong to the moved nodes
       real(wp) :: shift(problem%model%mesh%n_nodes)
       integer :: e, i
       shift = 0.0_wp
@@ -380,22 +385,23 @@ contains
          end do
       end do
       do i = 1, problem%model%mesh%n_nodes
-         ! Segment boundaries keep their positions, and shifts by rounding are ignored.
+         ! Segment boundaries keep their positions, and shifts of nodes by rounding are ignored.
          if (abs(shift(i)) <= 8.0_wp * epsilon(shift) * problem%size) shift(i) = 0.0_wp
       end do
       call move_nodes(problem, shift, state%geometry)
    end subroutine blend_geometry
 
-   !> Weights of the first slope, the change and the last slope in Hermite's cubic on (0, 1).
+   !> Weights of the slope at 0, the change, and the slope at 1 in Hermite's cubic on (0, 1).
    pure function hermite(part) result(weight)
       real(wp), intent(in) :: part
       real(wp) :: weight(3)
       weight = [part * (1.0_wp - part)**2, part**2 * (3.0_wp - 2.0_wp * part), -part**2 * (1.0_wp - part)]
    end function hermite
 
-   !> Fraction of the arc length at which a quantity that rises from 0 to 1, with given slopes at both ends, reaches a value.
+   !> Fraction of the arc length at which a quantity that increases from 0 to 1, with given slopes at the two ends, has a given
+   !> value.
    pure real(wp) function part_at(value, slope_before, slope_after) result(part)
-      real(wp), intent(in) :: value             !! 0 to 1
+      real(wp), intent(in) :: value             !! value of the quantity, 0 to 1
       real(wp), intent(in) :: slope_before, slope_after
       real(wp) :: low, high
       integer :: halving
@@ -411,15 +417,15 @@ contains
       end do
    end function part_at
 
-   !> True if the path has reversed without an event and retraces its points: a point lies on the path between two other points, and
-   !> its path tangent has the opposite direction. Shorter increments separate the two sides of a sharp turn.
+   !> True if the path has reversed without an event and retraces its points: the given point lies on the path between two other
+   !> points, and its path tangent has the opposite direction. Shorter increments would separate the two sides of a sharp turn.
    pure logical function goes_back(problem, from, to, chord, before, after, place, heading)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to, place
       real(wp), intent(in) :: chord(:, :)       !! (3, nodes) displacement between `from` and `to`, see chord_between
-      type(path_tangent_t), intent(in) :: before, after, heading !! tangents at these states
-      real(wp), parameter :: same = 0.04_wp * largest_turn**2 !! bound of the distance from the path, as part of the chord's length;
-      !! on a circular arc the cubic's error is turn^3/384
+      type(path_tangent_t), intent(in) :: before, after, heading !! path tangents at `from`, `to` and `place`
+      real(wp), parameter :: same = 0.04_wp * largest_turn**2 !! largest distance from the path, over the length of the chord, at
+      !! which a point is on the path; on a circular arc the error of the cubic is turn^3/384
       real(wp), dimension(3, size(from%u, 2)) :: way, last
       real(wp) :: length, along, weight(3), load
       goes_back = .false.
@@ -428,9 +434,9 @@ contains
       way = chord_between(problem, from, place)
       along = metric(problem, way, chord) / length**2
       if (along <= 0.0_wp .or. along >= 1.0_wp) return
-      if (metric(problem, chord, seen_from(problem, from, place, heading%u)) >= 0.0_wp) return
+      if (metric(problem, chord, transferred_field(problem, from, place, heading%u)) >= 0.0_wp) return
       weight = hermite(along)
-      last = seen_from(problem, from, to, after%u)
+      last = transferred_field(problem, from, to, after%u)
       way = way - weight(1) * length * before%u - weight(2) * chord - weight(3) * length * last
       load = place%load_factor - from%load_factor - weight(2) * (to%load_factor - from%load_factor) - &
          & length * (weight(1) * before%load + weight(3) * after%load)
@@ -441,7 +447,8 @@ contains
    !> True if a state lies on the path between two points of the path. The path tangent of the state is not needed.
    logical function lies_between(problem, from, to, before, after, place) result(lies)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: from, to, place !! all alike
+      type(state_t), intent(in) :: from, to, place !! two points of the path and the state in question; `alike` must be true for any
+      !! two
       type(path_tangent_t), intent(in) :: before, after
       type(state_t) :: expected
       real(wp) :: length, along, part, distance, load, weight(3)
@@ -454,10 +461,10 @@ contains
       along = metric(problem, way, chord) / length**2
       part = min(max(along, 0.0_wp), 1.0_wp)
       if (problem%moves_nodes()) then
-         ! Cubic of the displacements of the material points at the nodes of `from`.
+         ! Cubic for the displacements of the material points that are nodes of `from`.
          weight = hermite(part)
          way = way - weight(1) * length * before%u - weight(2) * chord - weight(3) * length * &
-            & seen_from(problem, from, to, after%u)
+            & transferred_field(problem, from, to, after%u)
          distance = sqrt(metric(problem, way, way))
          load = from%load_factor + weight(2) * (to%load_factor - from%load_factor) + length * (weight(1) * before%load + &
             & weight(3) * after%load)

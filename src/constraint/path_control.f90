@@ -1,9 +1,9 @@
 !> Increment strategies: the constraint that fixes the next point of the path, one linear equation in each Newton step.
 !>
-!> Displacements are measured in the metric <a, b> = sum w_i (a_x b_x + a_y b_y)_i, with w_i the node's share of the rod length over
-!> the structure's size squared: dimensionless, independent of units and mesh. At nodes that move with touchdown points the
-!> displacements of the same material points are compared. The load factor is multiplied by `load_scale`, set from the first
-!> increment, so that the scaling of the loads has no influence either.
+!> Displacements are measured in the metric <a, b> = sum w_i (a_x b_x + a_y b_y)_i; w_i is node i's share of the rod length over the
+!> square of the structure's size. The metric is dimensionless and independent of units and mesh. At nodes that move with touchdown
+!> points the displacements of the same material points are compared. The load factor is multiplied by `load_scale`, which is set
+!> from the first increment, so that the magnitude of the loads has no influence either.
 !>
 !> load:         load factor = start + increment
 !> displacement: monitor = start + increment                                   (Batoz & Dhatt 1979)
@@ -22,7 +22,7 @@ module path_control
       & method_minimum_residual, method_variable_load, method_generalised, method_largest, quantity_displacement
    use problem, only: problem_t
    use rod_state, only: state_t
-   use state_transfer, only: kept_t, displacements_at, field_at, see_from
+   use state_transfer, only: kept_t, displacements_at, field_at, transfer_fields
    use linear_system, only: system_t
    use bordered_system, only: set_path_row, linear_functional, solve_bordered, all_to_global
    use state_functional, only: functional_t, new_load_functional
@@ -31,22 +31,25 @@ module path_control
    use displacement_functional, only: new_displacement_functional, watched_displacement
    implicit none
    private
-   public :: control_t, control_row, held_by, control_error, held_within, is_arc_length, set_tangent, path_length, metric, &
-      & turning, displacement_between, follow_nodes, can_be_held, holding_value, increment_between
+   public :: control_t, control_row, prescribed_functional, control_error, constraint_tolerance, is_arc_length, set_tangent, &
+      & path_length, metric, turning, displacement_between, follow_nodes, can_be_held, holding_value, &
+      & increment_between
 
    !> Constraint of an increment.
    type :: control_t
       integer :: method = method_load            !! strategy, method_...
       integer :: monitor = 0                     !! index of the controlled monitor; 0: none
       real(wp) :: increment = 0.0_wp           !! change of the controlled quantity: load factor, monitor (its unit) or arc length
-      real(wp) :: whole = 0.0_wp               !! length of the increment of which this one is a part; 0: not divided
-      real(wp) :: load_scale = 0.0_wp          !! arc length per unit load factor
+      real(wp) :: whole = 0.0_wp !! length of the increment of which this increment is a part; 0: it is a whole increment
+      real(wp) :: load_scale = 0.0_wp          !! arc length that corresponds to a unit of the load factor
       real(wp), allocatable :: tangent(:, :)   !! (3, nodes) displacements of the unit path tangent at the start
-      real(wp) :: tangent_load = 0.0_wp        !! load factor component of the tangent
-      real(wp), allocatable :: previous(:, :)  !! (3, nodes) tangent of the previous increment; not allocated: none, or not used
-      integer :: flat = 0                      !! candidate of a point contact whose relative curvature is to equal the increment,
-      !! whatever the method; 0: none
+      real(wp) :: tangent_load = 0.0_wp        !! load factor component of the unit path tangent
+      real(wp), allocatable :: previous(:, :) !! (3, nodes) tangent of the previous increment; not allocated: there is none, or the
+      !! method does not use it
+      integer :: flat = 0 !! candidate of a point contact whose relative curvature must become equal to `increment`, whatever the
+      !! method; 0: none
       real(wp), allocatable :: watched !! displacement of the controlled monitor at the start; allocated if nodes have moved since
+      !! the start
    end type control_t
 
 contains
@@ -58,30 +61,31 @@ contains
          & method_minimum_residual, method_variable_load, method_generalised, method_largest])
    end function is_arc_length
 
-   !> True if a constraint can prescribe the quantity: the load factor, or a monitor of a displacement.
+   !> True if a constraint can prescribe a quantity: the load factor, or a monitor of a displacement.
    pure logical function can_be_held(problem, monitor)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: monitor             !! 0: the load factor
+      integer, intent(in) :: monitor             !! index of the monitor; 0: the load factor
       can_be_held = monitor == 0
       if (monitor > 0) can_be_held = problem%deck%monitor(monitor)%quantity == quantity_displacement
    end function can_be_held
 
-   !> Control whose constraint is a given change of the load factor or of a monitor.
+   !> Control with a given change of the load factor or of a monitor as its constraint.
    pure type(control_t) function holding_value(monitor, change) result(control)
-      integer, intent(in) :: monitor             !! 0: the load factor
-      real(wp), intent(in) :: change             !! change, in the unit of the quantity
+      integer, intent(in) :: monitor             !! index of the monitor; 0: the load factor
+      real(wp), intent(in) :: change             !! prescribed change, in the unit of the quantity
       control%method = merge(method_displacement, method_load, monitor > 0)
       control%monitor = monitor
       control%increment = change
    end function holding_value
 
-   !> True if the corrections of a strategy are normal to a given direction: no constraint equation then holds at the final point.
+   !> True if the corrections of a strategy are normal to a given direction, so that no constraint equation holds at the final
+   !> point.
    pure logical function is_free(method)
       integer, intent(in) :: method
       is_free = any(method == [method_minimum_residual, method_variable_load, method_generalised])
    end function is_free
 
-   !> Weight of the squared load factor in the arc length.
+   !> Weight of the squared load factor in the squared arc length.
    pure real(wp) function load_weight(control)
       type(control_t), intent(in) :: control
       load_weight = 0.0_wp
@@ -91,7 +95,7 @@ contains
    !> Inner product <a, b> of the displacements.
    pure real(wp) function metric(problem, a, b)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: a(:, :), b(:, :)   !! (3, nodes)
+      real(wp), intent(in) :: a(:, :), b(:, :)   !! (3, nodes) displacement fields
       integer :: i
       metric = 0.0_wp
       do i = 1, size(problem%weight)
@@ -99,20 +103,20 @@ contains
       end do
    end function metric
 
-   !> Inner product of the rotations, a measure of bending. If a rod shortens much more than it bends, displacements hardly show the
-   !> bending.
+   !> Inner product of the rotations, a measure of bending. (If a rod shortens much more than it bends, displacements hardly show
+   !> the bending.)
    pure real(wp) function turning(problem, a, b)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: a(:, :), b(:, :)   !! (3, nodes)
+      real(wp), intent(in) :: a(:, :), b(:, :)   !! (3, nodes) displacement fields
       turning = problem%size**2 * dot_product(problem%weight, a(3, :) * b(3, :))
    end function turning
 
-   !> Sets the unit tangent at the start from the solved system, oriented along `direction`.
+   !> Sets the unit tangent at the start of an increment from the solved system, oriented along `direction`.
    subroutine set_tangent(problem, system, direction, direction_load, control)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: direction(:, :), direction_load !! last increment: displacements and load factor; if the displacements
-      !! are zero, the load factor decides the orientation
+      real(wp), intent(in) :: direction(:, :), direction_load !! displacements and load factor of the last increment; if the
+      !! displacements are zero, the load factor decides the orientation
       type(control_t), intent(inout) :: control
       real(wp) :: norm, along
       control%tangent = all_to_global(problem, system, system%tangent)
@@ -135,7 +139,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(control_t), intent(in) :: control
       type(state_t), intent(in) :: start          !! last accepted point
-      type(state_t), intent(in) :: state          !! the iterate; equal to `start` for the predictor
+      type(state_t), intent(in) :: state          !! the iterate; for the predictor equal to `start`
       type(system_t), intent(inout) :: system     !! assembled at the iterate
       real(wp), intent(out) :: rhs                !! right-hand side of the constraint row
       real(wp), dimension(3, size(state%u, 2)) :: row
@@ -150,7 +154,7 @@ contains
       end if
       dl = state%load_factor - start%load_factor
       if (any(control%method == [method_load, method_displacement])) then
-         held = held_by(problem, control, state, system)
+         held = prescribed_functional(problem, control, state, system)
          rhs = control%increment - dl
          if (control%method == method_displacement) &
             & rhs = control%increment - change_so_far(problem, control, start, state) - held%defect
@@ -169,7 +173,7 @@ contains
       travelled = metric(problem, row, row) + load_weight(control) * dl**2
       if (control%method == method_linearised .or. travelled <= 0.0_wp) then
          rhs = control%increment - metric(problem, control%tangent, row) - load_weight(control) * control%tangent_load * dl
-         call set_path_row(system, held_by(problem, control, state, system))
+         call set_path_row(system, prescribed_functional(problem, control, state, system))
       else if (is_free(control%method)) then
          rhs = 0.0_wp
          if (control%method == method_minimum_residual) row = all_to_global(problem, system, system%tangent)
@@ -185,7 +189,7 @@ contains
 
    !> Functional that the constraint prescribes at a point of the path: the load factor, the monitor, or the distance along the
    !> control's tangent.
-   function held_by(problem, control, state, system) result(held)
+   function prescribed_functional(problem, control, state, system) result(held)
       type(problem_t), intent(in) :: problem
       type(control_t), intent(in) :: control
       type(state_t), intent(in) :: state
@@ -200,9 +204,9 @@ contains
          held = linear_functional(problem, system, metric_row(problem, control%tangent), &
             & load_weight(control) * control%tangent_load)
       end select
-   end function held_by
+   end function prescribed_functional
 
-   !> Change of the controlled monitor since the start.
+   !> Change of the controlled monitor since the start of the increment.
    pure real(wp) function change_so_far(problem, control, start, state) result(change)
       type(problem_t), intent(in) :: problem
       type(control_t), intent(in) :: control
@@ -215,7 +219,7 @@ contains
       end if
    end function change_so_far
 
-   !> Finds the displacement component with the largest value in the tangent.
+   !> Finds the displacement component that is largest in the tangent.
    pure subroutine largest_component(control, node, component)
       type(control_t), intent(in) :: control    !! control with its tangent
       integer, intent(out) :: node, component
@@ -225,21 +229,22 @@ contains
       node = place(2)
    end subroutine largest_component
 
-   !> Sets the constraint row of the cylindrical and spherical strategies: the tangent plane of the circle at a point of the
-   !> correction line. The point is the root of Crisfield's quadratic closer to the increment so far or, without a real root, the
-   !> point of the line nearest to the circle.
+   !> Sets the constraint row of the cylindrical and spherical strategies: the tangent plane of the circle (constraint) at a point
+   !> on the line along which the corrections lie. This point is the root of Crisfield's quadratic that is closer to the increment
+   !> so far or, without a real root, the point of the line nearest to the circle.
    subroutine circle_row(problem, control, so_far, dl, system, rhs)
       type(problem_t), intent(in) :: problem
       type(control_t), intent(in) :: control
-      real(wp), intent(in) :: so_far(:, :), dl    !! displacements and load factor of the increment so far
+      real(wp), intent(in) :: so_far(:, :), dl    !! displacements and load factor of the increment up to the present iterate
       type(system_t), intent(inout) :: system
       real(wp), intent(out) :: rhs
-      real(wp), parameter :: grazing = 0.1_wp !! smallest sine of the angle between line and circle that counts as an intersection
+      real(wp), parameter :: grazing = 0.1_wp !! smallest sine of the angle between line and circle at which their intersection is
+      !! used
       real(wp) :: x(system%n), y
       real(wp) :: a, b, c, root, discriminant, weight
       real(wp), dimension(3, size(so_far, 2)) :: line, fixed, at
       logical :: ok
-      ! Correction due to the residuals at constant load factor.
+      ! Correction at constant load factor, caused by the residuals.
       call set_path_row(system, new_load_functional(system%n, 0.0_wp))
       call solve_bordered(system, -system%residual, system%value, 0.0_wp, x, y, ok)
       weight = load_weight(control)
@@ -263,7 +268,7 @@ contains
       end if
    end subroutine circle_row
 
-   !> Constraint row of the inner product <direction, .> with the displacements.
+   !> Constraint row of the inner product <direction, u> with the displacements u.
    pure function metric_row(problem, direction) result(row)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: direction(:, :)
@@ -274,7 +279,7 @@ contains
       end do
    end function metric_row
 
-   !> Violation of the constraint at an iterate, relative to the increment.
+   !> Violation of the constraint at an iterate, over the increment.
    pure real(wp) function control_error(problem, control, start, state)
       type(problem_t), intent(in) :: problem
       type(control_t), intent(in) :: control
@@ -311,13 +316,13 @@ contains
       end select
    end function control_error
 
-   !> Largest violation of the constraint that is allowed at a point of the path, relative to the increment.
-   pure real(wp) function held_within(step)
+   !> Largest violation of the constraint, over the increment, that is allowed at a point of the path.
+   pure real(wp) function constraint_tolerance(step)
       type(step_t), intent(in) :: step
-      held_within = max(step%tolerance, 1.0e-9_wp)
-   end function held_within
+      constraint_tolerance = max(step%tolerance, 1.0e-9_wp)
+   end function constraint_tolerance
 
-   !> Dimensionless distance between two states, displacements only: the arc length of the results.
+   !> Dimensionless distance between the displacements of two states; the sum of these distances is the arc length in the results.
    pure real(wp) function path_length(problem, from, to)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
@@ -341,7 +346,7 @@ contains
       end select
    end function increment_between
 
-   !> Displacement between two states, of the material points at the nodes of the second one.
+   !> Displacement between two states of the material points that are nodes of the second state.
    pure function displacement_between(problem, from, to) result(u)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
@@ -353,20 +358,20 @@ contains
       end if
    end function displacement_between
 
-   !> Transfers the start and the control of an increment to the material points at the nodes of an iterate. The tangent is
-   !> transferred for constraints that contain it at every iterate; the others contain it at the start only.
+   !> Transfers the start and the control of an increment to the material points that are nodes of an iterate. The tangent is
+   !> transferred if the constraint contains it at every iterate; other constraints contain it at the start only.
    subroutine follow_nodes(problem, start, control, state, kept, origin, seen)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
       type(control_t), intent(in) :: control
       type(state_t), intent(in) :: state
-      type(kept_t), intent(inout) :: kept(:)      !! data of the start, see see_from
-      type(state_t), intent(inout) :: origin      !! the start: its displacements become those at the iterate's nodes
-      type(control_t), intent(inout) :: seen      !! the control: its tangents are transferred, too
+      type(kept_t), intent(inout) :: kept(:)      !! data of the start of the increment, see transfer_fields
+      type(state_t), intent(inout) :: origin !! in: start of the increment; out: its displacements are those at the iterate's nodes
+      type(control_t), intent(inout) :: seen      !! out: control with tangents at the iterate's nodes
       if (allocated(control%tangent) .and. any(control%method == [method_linearised, method_generalised, method_largest])) then
-         call see_from(problem, start, state%geometry, kept, origin%u, control%tangent, seen%tangent)
+         call transfer_fields(problem, start, state%geometry, kept, origin%u, control%tangent, seen%tangent)
       else
-         call see_from(problem, start, state%geometry, kept, origin%u)
+         call transfer_fields(problem, start, state%geometry, kept, origin%u)
       end if
       if (allocated(control%previous)) seen%previous = field_at(problem, start, control%previous, state%geometry)
       if (control%method == method_displacement) seen%watched = watched_displacement(problem, start, control%monitor)

@@ -1,5 +1,5 @@
 !> States interpolated by a cubic between points of the path, with their tangents. They replace points at which the last correction
-!> of Newton's method is meaningless (bifurcation) or which it cannot find (point contact at zero relative curvature).
+!> of Newton's method is meaningless (bifurcation) or the method fails (point contact at zero relative curvature).
 module path_samples
    use kinds, only: wp
    use problem, only: problem_t
@@ -11,11 +11,11 @@ module path_samples
    private
    public :: state_between, lagrange, zero_of_cubic, n_samples
 
-   integer, parameter :: n_samples = 4           !! samples of a cubic
+   integer, parameter :: n_samples = 4           !! number of samples of a cubic
 
 contains
 
-   !> Computes state and unit tangent of the cubic through the samples.
+   !> Computes the state and the unit tangent at a position of the cubic through the samples.
    subroutine state_between(problem, sample, at, x, place, heading)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: sample(n_samples)
@@ -42,7 +42,7 @@ contains
       heading%load = heading%load / norm
    end subroutine state_between
 
-   !> Weights of the polynomial through samples, for its value and its derivative at x.
+   !> Weights of the samples in the value and in the derivative, at x, of the polynomial through them.
    pure subroutine lagrange(at, x, value, derivative)
       real(wp), intent(in) :: at(:), x
       real(wp), intent(out) :: value(:), derivative(:)
@@ -63,7 +63,7 @@ contains
       end do
    end subroutine lagrange
 
-   !> Zero of the cubic through four samples, the one nearest to their middle, by Newton's method.
+   !> Zero, by Newton's method, of the cubic through four samples that is nearest to the middle of the samples.
    pure real(wp) function zero_of_cubic(at, mu) result(x)
       real(wp), intent(in) :: at(n_samples), mu(n_samples)
       real(wp) :: value(n_samples), derivative(n_samples), slope, shift, reach
@@ -75,7 +75,7 @@ contains
          slope = dot_product(derivative, mu)
          if (.not. abs(slope) > 0.0_wp) return
          shift = -dot_product(value, mu) / slope
-         ! A Newton step is limited to the length of the sampled interval, beyond which the cubic is meaningless.
+         ! A Newton step is at most as long as the sampled interval, beyond which the cubic is meaningless.
          shift = min(max(shift, -reach), reach)
          x = x + shift
          if (abs(shift) <= epsilon(x) * max(abs(x), reach)) return

@@ -1,5 +1,5 @@
-!> Contact candidates of *CONTACT cards in one list, ordered along the rods: nodes with contact reactions, or nodes that only
-!> describe the position of a foundation that acts inside the elements.
+!> Contact candidates of *CONTACT cards in one list, ordered along the rods. A candidate is a node with a contact reaction, or a
+!> node that only describes the position of a foundation that acts inside the elements.
 module candidates
    use kinds, only: wp
    use model, only: model_t
@@ -9,23 +9,25 @@ module candidates
    private
    public :: candidates_t, new_candidates, add_candidates, twins
 
-   !> One entry for each candidate; neighbours are the next candidates of the same contact along an element.
+   !> List of candidates, one entry each. The neighbours of a candidate are the next candidates of the same contact along the
+   !> elements.
    type :: candidates_t
       integer :: n = 0
       integer, allocatable :: node(:)
-      integer, allocatable :: row(:)          !! index in the results: contact by contact, in the deck's order of nodes
+      integer, allocatable :: row(:) !! position of the candidate in the results: contact by contact, in the deck's order of nodes
       integer, allocatable :: contact(:)      !! index into model%contact
       integer, allocatable :: obstacle(:)     !! index into model%obstacle
-      integer, allocatable :: neighbour(:, :) !! (2, n) candidate before and after, 0: none
-      integer, allocatable :: element(:, :)   !! (2, n) element towards that neighbour, 0: none
-      integer, allocatable :: twin(:)         !! next candidate at the same node, for another obstacle, in a circular list; the only
+      integer, allocatable :: neighbour(:, :) !! (2, n) candidate before and candidate after this one; 0: none
+      integer, allocatable :: element(:, :)   !! (2, n) element between this candidate and its neighbour before and after; 0: none
+      integer, allocatable :: twin(:) !! next candidate at the same node, for another obstacle, in a circular list; the only
       !! candidate of a node refers to itself
       real(wp), allocatable :: s(:)           !! nominal arc length along the chain [length]
-      real(wp), allocatable :: tributary(:)   !! half the length of the adjacent contact elements; 1 for stops at nodes
+      real(wp), allocatable :: tributary(:) !! half the length of the adjacent elements of the contact [length]; 1 for stops at
+      !! nodes
       real(wp), allocatable :: gap_offset(:)
-      real(wp), allocatable :: overlap(:)     !! distance by which the obstacle is withdrawn at the start, see initial_overlap; 0
-      !! until the problem sets it
-      ! Nodes of contact spans, all of them bilateral:
+      real(wp), allocatable :: overlap(:) !! distance by which the obstacle is withdrawn at the start [length], see initial_overlap;
+      !! 0 until the problem sets it
+      ! Nodes of contact spans. All of them are bilateral; the other properties are:
       !                                     follows  moves  rolls
       !   node inside a line contact           x
       !   end of a line                        x       x
@@ -34,22 +36,23 @@ module candidates
       !   point at a segment boundary                         x
       !   point at the end of its rod, at a kink, or at a support that fixes the rotation
       logical, allocatable :: bilateral(:)    !! true: always in contact, and the reaction may have either sign
-      integer, allocatable :: contact_span(:) !! contact span of the node, index into problem%contact_span; 0: contact at nodes
+      integer, allocatable :: contact_span(:) !! contact span to which the node belongs, index into problem%contact_span; 0: contact
+      !! at nodes
       logical, allocatable :: follows(:)      !! true: the node has the direction of the track
-      logical, allocatable :: moves(:)        !! true: touchdown point, which moves along the rod
-      logical, allocatable :: rolls(:)        !! true: point contact of a smooth rod: the force moves along the rod as
-      !! the rod rotates, even if the node is a segment boundary and stays
+      logical, allocatable :: moves(:)        !! true: touchdown point, whose node moves along the rod
+      logical, allocatable :: rolls(:) !! true: point contact of a smooth rod, whose force moves along the rod as the rod rotates,
+      !! even if the node is at a segment boundary and does not move
       logical, allocatable :: held(:)         !! true: touchdown point fixed at its present position (with_held)
-      real(wp), allocatable :: chain_length(:) !! (contacts) length of the closed chain, 0 for an open chain
+      real(wp), allocatable :: chain_length(:) !! (contacts) length of the chain if it is closed; 0: the chain is open
    end type candidates_t
 
 contains
 
-   !> Builds the list. The candidates of a contact follow the mesh: chain by chain, in the direction of the elements.
+   !> Makes the list of candidates from the nodes of all contacts: chain by chain, in the direction of the elements.
    function new_candidates(model, geometry, distributed) result(list)
       type(model_t), intent(in) :: model
       type(geometry_t), intent(in) :: geometry
-      logical, intent(in) :: distributed      !! true: contacts with distributed reactions, false: the others
+      logical, intent(in) :: distributed      !! true: contacts with distributed reactions; false: all other contacts
       type(candidates_t) :: list
       integer, allocatable :: next(:), previous(:)
       logical, allocatable :: member(:), done(:)
@@ -82,12 +85,12 @@ contains
             do e = 1, mesh%n_elements
                if (model%obstacle(contact%obstacle)%at_nodes) exit
                if (.not. (member(mesh%node(1, e)) .and. member(mesh%node(2, e)))) cycle
-               ! At a joint of several elements the first element continues the chain; the others begin new chains.
+               ! At a joint of several elements the chain continues along the first of them; the other elements begin new chains.
                if (next(mesh%node(1, e)) == 0) next(mesh%node(1, e)) = e
                if (previous(mesh%node(2, e)) == 0) previous(mesh%node(2, e)) = e
             end do
             first = list%n
-            ! Open chains begin at nodes without a previous element. The remaining elements form closed chains.
+            ! Open chains begin at nodes without a previous element. All elements that remain form closed chains.
             do i = 1, size(contact%node)
                node = contact%node(i)
                if (.not. done(node) .and. previous(node) == 0) call follow_chain(node)
@@ -102,7 +105,7 @@ contains
 
    contains
 
-      !> True if the nodes of a contact belong in this list; the candidates of contact spans are made by span_candidates.
+      !> True if the nodes of a contact belong to this list; the candidates of contact spans are made by span_candidates.
       pure logical function is_listed(c)
          integer, intent(in) :: c
          is_listed = (model%contact(c)%distributed .eqv. distributed) .and. .not. model%contact(c)%spans
@@ -129,7 +132,7 @@ contains
             list%bilateral(here) = model%obstacle(list%obstacle(here))%bilateral
             call obstacle_gap(model%obstacle(list%obstacle(here)), geometry%x(:, at), gap, normal, bend)
             if (list%bilateral(here)) then
-               ! A bilateral contact is free of force at the start, whatever the gap to the obstacle.
+               ! A bilateral contact is free of force at the start, whatever the gap to its obstacle is.
                list%gap_offset(here) = -gap
             else if (model%obstacle(list%obstacle(here))%at_nodes) then
                list%gap_offset(here) = model%contact(c)%gap - gap
@@ -168,7 +171,7 @@ contains
 
    end function new_candidates
 
-   !> Appends bilateral candidates without node, contact and neighbours.
+   !> Appends bilateral candidates, whose node, contact and neighbours are not set.
    pure subroutine add_candidates(list, more)
       type(candidates_t), intent(inout) :: list
       integer, intent(in) :: more
@@ -197,9 +200,9 @@ contains
       list%n = list%n + more
    end subroutine add_candidates
 
-   !> Circular lists of the candidates that share a node.
+   !> Circular lists that connect the candidates of the same node.
    pure function twins(node, n_nodes) result(twin)
-      integer, intent(in) :: node(:)           !! (candidates)
+      integer, intent(in) :: node(:)           !! (candidates) node of each candidate
       integer, intent(in) :: n_nodes
       integer :: twin(size(node))
       integer :: first(n_nodes), last(n_nodes), c

@@ -1,5 +1,5 @@
-!> Edits of a contact set: functions from one set of contact spans to another. New contact spans are last in the set and have no
-!> number yet.
+!> Edits of a contact set: each function makes a new set of contact spans from a given one. Added contact spans are at the end of
+!> the new set and have the number 0.
 module contact_set_edits
    use kinds, only: wp
    use contact_spans, only: contact_span_t
@@ -12,13 +12,13 @@ contains
    !> Adds a point contact.
    pure function begun(set, contact, rod_segment, at) result(new)
       type(contact_span_t), intent(in) :: set(:)
-      integer, intent(in) :: contact, rod_segment !! as in contact_span_t
+      integer, intent(in) :: contact, rod_segment !! index of the contact, index of the rod segment
       real(wp), intent(in) :: at                  !! coordinate along the rod segment
       type(contact_span_t), allocatable :: new(:)
       new = [set, contact_span_t(contact=contact, rod_segment=rod_segment, at=[at, at])]
    end function begun
 
-   !> Removes contact span k.
+   !> Removes contact span k from the set.
    pure function lost(set, k) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k
@@ -26,11 +26,11 @@ contains
       new = [set(:k - 1), set(k + 1:)]
    end function lost
 
-   !> Makes contact span k a line contact, longer on both sides within its rod segment.
+   !> Makes contact span k a line contact and extends it on both sides within its rod segment.
    pure function spread_out(set, k, by, ends) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k
-      real(wp), intent(in) :: by                !! extension on each side
+      real(wp), intent(in) :: by                !! length by which the contact is extended on each side
       real(wp), intent(in) :: ends(2)           !! coordinates of the ends of the rod segment or strip
       type(contact_span_t), allocatable :: new(:)
       new = set
@@ -42,13 +42,13 @@ contains
    pure function parted(set, k, apart) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k
-      real(wp), intent(in) :: apart             !! distance of the two points
+      real(wp), intent(in) :: apart             !! distance between the two point contacts
       type(contact_span_t), allocatable :: new(:)
       new = begun(set, set(k)%contact, set(k)%rod_segment, set(k)%at(2) + 0.5_wp * apart)
       new(k)%at = set(k)%at - 0.5_wp * apart
    end function parted
 
-   !> Makes contact span k a point contact.
+   !> Replaces contact span k by a point contact.
    pure function shrunk(set, k, at) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k
@@ -70,7 +70,7 @@ contains
       new(k)%at = [min(set(k)%at(1), to), max(set(k)%at(2), to)]
    end function extended
 
-   !> Makes contact span k a line contact that ends at the far end of another contact span of its segment, which it replaces.
+   !> Makes contact span k a line contact that ends at the far end of contact span `other` of the same segment, which it replaces.
    pure function joined(set, k, other) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k, other
@@ -78,11 +78,11 @@ contains
       new = lost(extended(extended(set, k, set(other)%at(1)), k, set(other)%at(2)), other)
    end function joined
 
-   !> Makes the free span between two contact spans, or beside one, part of a line contact.
+   !> Makes the free span between two contact spans, or beside one contact span, a part of a line contact.
    pure function laid_down(set, beside, ends) result(new)
       type(contact_span_t), intent(in) :: set(:)
-      integer, intent(in) :: beside(2)          !! contact spans before and after the free span, at most one of them 0: none
-      real(wp), intent(in) :: ends(2)           !! both ends of the free span
+      integer, intent(in) :: beside(2)          !! contact spans before and after the free span; one of them may be 0: none
+      real(wp), intent(in) :: ends(2)           !! coordinates of the two ends of the free span
       type(contact_span_t), allocatable :: new(:)
       integer :: side
       if (all(beside > 0)) then
@@ -93,7 +93,7 @@ contains
       end if
    end function laid_down
 
-   !> Replaces point contacts k and `other` of a segment by one point contact between them.
+   !> Replaces two point contacts, k and `other`, of a segment by one point contact between them.
    pure function merged(set, k, other) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k, other
@@ -101,7 +101,7 @@ contains
       new = lost(shrunk(set, k, 0.5_wp * (set(k)%at(1) + set(other)%at(1))), other)
    end function merged
 
-   !> Moves one end of contact span k; a point contact moves as a whole.
+   !> Moves one end of contact span k. If k is a point contact, the whole contact moves.
    pure function end_moved(set, k, side, to) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k
@@ -123,10 +123,10 @@ contains
       new(k)%at(2) = from
    end function opened
 
-   !> Gives numbers to new contact spans.
+   !> Gives identity numbers to the new contact spans of a set.
    pure function numbered(set, last) result(new)
       type(contact_span_t), intent(in) :: set(:)
-      integer, intent(in) :: last               !! last number given
+      integer, intent(in) :: last               !! largest identity number given so far
       type(contact_span_t), allocatable :: new(:)
       integer :: k
       new = set
@@ -135,7 +135,7 @@ contains
       end do
    end function numbered
 
-   !> True if two sets differ at most in the numbers of their contact spans.
+   !> True if two sets are the same, apart from the identity numbers of their contact spans.
    pure logical function same_set(one, other) result(same)
       type(contact_span_t), intent(in) :: one(:), other(:)
       integer :: k

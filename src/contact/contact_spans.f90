@@ -12,29 +12,29 @@ module contact_spans
    private
    public :: contact_span_t, covers, choose_spans, sort_contact_spans, shortest, line_share
 
-   real(wp), parameter :: shortest = 1.0e-4_wp !! part of a rod segment's length: shorter spans are treated as closed
-   !> Initial length of a line contact, or of a contact that continues past a segment boundary, as part of the rod segment. It
-   !> exceeds the length below which a span counts as closed.
+   real(wp), parameter :: shortest = 1.0e-4_wp !! spans shorter than this part of their rod segment are treated as closed
+   !> Initial length of a line contact, or of a contact that continues past a segment boundary, over the length of the rod segment.
+   !> It exceeds the length below which a span counts as closed.
    real(wp), parameter :: line_share = 2.0_wp * shortest
 
    !> One connected contact of one rod segment with one obstacle.
    type :: contact_span_t
-      integer :: number = 0                 !! identity, constant from the start to the end of the contact; 0: not yet assigned
+      integer :: number = 0 !! identity number, constant from the start to the end of the contact; 0: not yet assigned
       integer :: contact = 0                !! index into model%contact
       integer :: rod_segment = 0            !! index into layout%rod_segment
-      real(wp) :: at(2) = 0.0_wp            !! coordinates of the ends along the rod segment; equal for a point contact
+      real(wp) :: at(2) = 0.0_wp            !! coordinates of its two ends along the rod segment; equal for a point contact
       logical :: line = .false.
-      ! On a mesh:
-      integer :: element(2) = 0             !! first and last conforming element; for a point contact the element after the point
-      !! and the element before it, neither of which need exist
-      integer :: candidate(2) = 0           !! candidates at the ends; may be shared with another contact span at a segment boundary
+      ! Data that depend on the mesh:
+      integer :: element(2) = 0 !! first and last conforming element; for a point contact: the element after and the element before
+      !! the point (either may be 0: none)
+      integer :: candidate(2) = 0           !! candidates at the two ends; at a segment boundary shared with another contact span
    end type contact_span_t
 
 contains
 
-   !> Chooses the contacts that are represented by contact spans. The other contacts act at the deck's nodes, which are then fixed,
-   !> and exclude contact spans of all contacts on the same elements. The property that a contact lacks is stored in `needs`, unless
-   !> the deck requests contact at nodes.
+   !> Decides which contacts are represented by contact spans. The other contacts act at the deck's nodes, which are then fixed;
+   !> they exclude contact spans of all contacts on the same elements. Unless the deck requests contact at nodes, `needs` names the
+   !> condition that a contact does not satisfy.
    subroutine choose_spans(model)
       type(model_t), intent(inout) :: model
       type(layout_t) :: layout
@@ -64,9 +64,9 @@ contains
       end subroutine judge
    end subroutine choose_spans
 
-   !> Rod segments that a contact covers.
+   !> (rod segments) true: the contact covers the rod segment.
    pure function covers(model, layout, contact)
-      type(model_t), intent(in) :: model    !! deck's model
+      type(model_t), intent(in) :: model    !! model of the deck
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: contact        !! index into model%contact
       logical :: covers(size(layout%rod_segment))
@@ -74,16 +74,15 @@ contains
       integer :: k
       member = .false.
       member(model%contact(contact)%node) = .true.
-      ! A contact begins and ends at segment boundaries only, so that one element of each segment shows whether it covers the
-      ! segment.
+      ! A contact begins and ends at segment boundaries only: one element of a segment shows whether the contact covers the segment.
       do k = 1, size(covers)
          covers(k) = all(member(model%mesh%node(:, layout%rod_segment(k)%element(1))))
       end do
    end function covers
 
-   !> True if the deck's obstacle, steps or nodes require contact at nodes.
+   !> True if the deck's obstacle, steps or nodes require contact at nodes instead of contact spans.
    pure logical function acts_at_nodes(model, layout, contact) result(at_nodes)
-      type(model_t), intent(in) :: model    !! deck's model
+      type(model_t), intent(in) :: model    !! model of the deck
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: contact
       integer :: k
@@ -96,10 +95,11 @@ contains
       end do
    end function acts_at_nodes
 
-   !> Requirements for contact spans that a contact with a rigid obstacle does not meet: rods without shear flexibility, free choice
-   !> of the nodes, and no other contact on the same elements that line contacts do not support. '' if all are met.
+   !> Conditions for contact spans that a contact with a rigid obstacle does not satisfy, in words; '' if it satisfies all.
+   !> Conditions are: rods without shear flexibility; nodes that the program may place; and no other contact on the same elements
+   !> that line contacts do not support.
    pure function span_needs(model, layout, contact) result(needs)
-      type(model_t), intent(in) :: model    !! deck's model
+      type(model_t), intent(in) :: model    !! model of the deck
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: contact
       character(:), allocatable :: needs
@@ -145,8 +145,8 @@ contains
 
    contains
 
-      !> Another contact on an element that excludes contact spans; 0: none. Contact at nodes needs the deck's nodes. A foundation
-      !> with tension does not exclude contact spans: it acts on free rods and in line contacts alike.
+      !> Another contact on an element that excludes contact spans there; 0: none. (Contact at nodes needs the deck's nodes. A
+      !> foundation with tension does not exclude contact spans, because it acts on free rods and in line contacts alike.)
       pure integer function other_contact(e) result(other)
          integer, intent(in) :: e
          do other = 1, size(model%contact)

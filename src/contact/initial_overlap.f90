@@ -1,9 +1,9 @@
-!> Penetration of the stress-free structure, imperfections included, into an obstacle: at the nodes, and between nodes if contact
-!> may be anywhere along the rod.
+!> Penetration of the stress-free structure, imperfections included, into an obstacle: at the nodes and, if the rod may touch the
+!> obstacle anywhere, also between nodes.
 !>
 !> The obstacle of each contact is withdrawn along its normal by the deepest penetration, so that a path begins without penetration.
-!> A penetration within the rounding of coordinates stays withdrawn; a deeper one needs *CONTACT INTERFERENCE, SHRINK, which brings
-!> the obstacle to its place.
+!> A penetration within the rounding of coordinates is not restored later. A deeper one requires *CONTACT INTERFERENCE, SHRINK,
+!> which moves the obstacle to its place during a step.
 module initial_overlap
    use kinds, only: wp
    use minimum_search, only: minimum_search_t, to_rounding
@@ -15,13 +15,13 @@ module initial_overlap
    private
    public :: overlap_of_nodes, overlap_between, overlap_of_modes, deepest_start, deepest_overlap
 
-   integer, parameter :: samples = 8 !! number of parts into which samples divide an element
-   real(wp), parameter :: penetration_tolerance = 1.0e-6_wp !! rounding of a deck's coordinates, over the extent of the perfect
+   integer, parameter :: samples = 8 !! number of parts into which the samples divide an element
+   real(wp), parameter :: penetration_tolerance = 1.0e-6_wp !! rounding of the coordinates in a deck, over the extent of the perfect
    !! geometry
 
 contains
 
-   !> Largest initial penetration that counts as rounding of coordinates.
+   !> Largest initial penetration that counts as rounding of coordinates [length].
    pure real(wp) function deepest_start(model)
       type(model_t), intent(in) :: model
       deepest_start = penetration_tolerance * maxval(maxval(model%mesh%x_nominal, 2) - minval(model%mesh%x_nominal, 2))
@@ -38,7 +38,7 @@ contains
          overlap = 0.0_wp
          if (obstacle%bilateral) return
          if (obstacle%at_nodes) then
-            ! The gap of a stop counts from the initial position of its node.
+            ! The gap of a stop is measured from the initial position of its node.
             least = contact%gap
          else
             call least_gap_of_nodes(model, contact, least, at)
@@ -56,7 +56,7 @@ contains
       touches_between = contact%distributed .or. contact%along
    end function touches_between
 
-   !> Message about the node with the deepest initial penetration by an imperfection.
+   !> Message about the node whose initial penetration, caused by an imperfection, is deepest.
    subroutine overlap_of_nodes(model, contact, message, node)
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
@@ -72,8 +72,8 @@ contains
       if (present(node)) node = worst
    end subroutine overlap_of_nodes
 
-   !> Message about the element with the deepest initial penetration between nodes, if the nodes themselves do not penetrate the
-   !> obstacle.
+   !> Message about the element with the deepest initial penetration between its nodes, for a contact whose nodes themselves do not
+   !> penetrate the obstacle.
    subroutine overlap_between(model, contact, message, node)
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
@@ -90,12 +90,12 @@ contains
       if (present(node)) node = model%mesh%node(1, element)
    end subroutine overlap_between
 
-   !> Message about initial penetration in a step with buckling modes as imperfections. Such a step begins without displacements of
-   !> earlier steps.
+   !> Message about initial penetration in a step with buckling modes as imperfections. (Such a step begins without the
+   !> displacements of earlier steps.)
    subroutine overlap_of_modes(model, step, message, node)
-      type(model_t), intent(in) :: model         !! with the modes in its geometry
+      type(model_t), intent(in) :: model         !! model whose geometry contains the modes
       integer, intent(in) :: step
-      character(:), allocatable, intent(out) :: message !! with the obstacle's name; '' if there is no penetration
+      character(:), allocatable, intent(out) :: message !! message with the name of the obstacle; '' if there is no penetration
       integer, intent(out) :: node
       integer :: c, k
       logical :: pushed_out
@@ -107,7 +107,7 @@ contains
             do k = step, size(model%step)
                pushed_out = pushed_out .or. abs(model%step(k)%load%resolved(contact%obstacle)) > 0.0_wp
             end do
-            ! The gap of a bilateral obstacle, or of a stop at a node, counts from the initial position of the node.
+            ! The gap of a bilateral obstacle, or of a stop at a node, is measured from the initial position of the node.
             if (obstacle%bilateral .or. obstacle%at_nodes .or. pushed_out) cycle
             call overlap_of_nodes(model, contact, message, node)
             if (message == '' .and. touches_between(contact)) call overlap_between(model, contact, message, node)
@@ -136,8 +136,8 @@ contains
       end do
    end subroutine least_gap_of_nodes
 
-   !> Least gap inside the elements between a contact's nodes: several samples and a parabola find the element, a minimum search the
-   !> gap.
+   !> Least gap inside the elements between the nodes of a contact. Samples and a parabola through them find the element; a minimum
+   !> search then finds the gap.
    subroutine least_gap_between(model, contact, least, element)
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
@@ -176,9 +176,9 @@ contains
 
    contains
 
-      !> Position on the stress-free element.
+      !> Position (x, y) at a place of the stress-free element.
       function place(tau) result(x)
-         real(wp), intent(in) :: tau       !! 0 to 1
+         real(wp), intent(in) :: tau       !! place in the element, 0 (first node) to 1 (second node)
          real(wp) :: x(2), angle, speed
          associate (mesh => model%mesh)
             if (mesh%curve(e) > 0) then
@@ -191,7 +191,7 @@ contains
       end function place
    end subroutine least_gap_between
 
-   !> Gap to the contact's obstacle in its initial position, GAP included.
+   !> Gap between a point and the contact's obstacle in its initial position; includes the clearance GAP.
    real(wp) function gap_at(model, contact, x) result(gap)
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact

@@ -1,7 +1,8 @@
-!> Converts contact sets to coordinates along whole rods, and back. A contact set of a problem is cut at segment boundaries, at
-!> which loads and supports act; its contact spans are joined here to contacts of a strip, a sequence of rod segments that continue
-!> one another. The edits of contact sets (contact_set_edits) then need no rule for contacts that cross a boundary: in a set on
-!> strips the `rod_segment` of a contact span is the index of its strip, and `at` are coordinates along the strip.
+!> Converts contact sets to coordinates along whole rods, and back. In a problem contact spans are divided at segment boundaries,
+!> where loads and supports act. This module joins them to contacts on a continuous rod (a strip): a sequence of rod segments that
+!> continue one another. The edits of contact sets (contact_set_edits) then need no rule for contacts that cross a boundary. In a
+!> set on continuous rods, component `rod_segment` of a contact span is the index of the continuous rod, and `at` are coordinates
+!> along it.
 module rod_strips
    use kinds, only: wp
    use rod_layout, only: layout_t
@@ -10,11 +11,12 @@ module rod_strips
    private
    public :: strip_t, find_strips, on_strips, on_segments, strip_place, brought_near, coincide
 
-   !> A strip: rod segments that continue one another.
+   !> A strip is a continuous rod: rod segments that continue one another.
    type :: strip_t
-      integer, allocatable :: rod_segment(:)   !! indices into layout%rod_segment, in order
-      real(wp), allocatable :: start(:)        !! (segments + 1) coordinates of the boundaries; the last is the strip's length
-      logical :: closed = .false.              !! true: the strip's end is its beginning, so that coordinates are periodic
+      integer, allocatable :: rod_segment(:)   !! indices into layout%rod_segment, in their order along the rod
+      real(wp), allocatable :: start(:) !! (segments + 1) coordinates of the segment boundaries; the last one is the length of the
+      !! continuous rod
+      logical :: closed = .false.              !! true: the rod ends where it begins, so that coordinates are periodic
    contains
       procedure :: length => strip_length
       procedure :: ends => strip_ends
@@ -24,7 +26,7 @@ module rod_strips
 
 contains
 
-   !> All strips of a structure. A closed rod is cut at the beginning of its first segment.
+   !> All continuous rods of a structure. A closed rod is cut at the beginning of its first segment.
    function find_strips(layout) result(strip)
       type(layout_t), intent(in) :: layout
       type(strip_t), allocatable :: strip(:)
@@ -32,7 +34,7 @@ contains
       integer :: k
       allocate (strip(0))
       taken = .false.
-      ! Open strips begin at nodes where no segment ends.
+      ! Open continuous rods begin at nodes at which no segment ends.
       do k = 1, size(taken)
          if (.not. any(layout%rod_segment%node(2) == layout%rod_segment(k)%node(1))) call follow(k)
       end do
@@ -60,13 +62,13 @@ contains
       end subroutine follow
    end function find_strips
 
-   !> Finds the strip of a place on a rod segment, and the coordinate of this place along the strip.
+   !> Finds the continuous rod that contains a place on a rod segment, and the coordinate of this place along it.
    pure subroutine strip_place(strip, rod_segment, at, which, along)
       type(strip_t), intent(in) :: strip(:)
       integer, intent(in) :: rod_segment
       real(wp), intent(in) :: at               !! coordinate along the rod segment
-      integer, intent(out) :: which            !! index of the strip
-      real(wp), intent(out) :: along           !! coordinate along the strip
+      integer, intent(out) :: which            !! index of the continuous rod
+      real(wp), intent(out) :: along           !! coordinate along the continuous rod
       integer :: k
       along = at
       do which = 1, size(strip)
@@ -77,8 +79,8 @@ contains
       end do
    end subroutine strip_place
 
-   !> Converts a contact set from rod segments to strips, sorted. Line contacts of one obstacle that meet at a segment boundary
-   !> become a single line contact.
+   !> Converts a contact set from rod segments to continuous rods, sorted. Line contacts with the same obstacle that meet at a
+   !> segment boundary become a single line contact.
    pure function on_strips(strip, contact_span) result(set)
       type(strip_t), intent(in) :: strip(:)
       type(contact_span_t), intent(in) :: contact_span(:) !! contact set on rod segments
@@ -110,7 +112,7 @@ contains
 
    contains
 
-      !> Joins line contacts that meet at the beginning of a closed strip.
+      !> Joins line contacts that meet where a closed continuous rod is cut.
       pure subroutine join_over_ends
          integer :: j, l
          do j = 1, size(set)
@@ -124,14 +126,14 @@ contains
          end do
       end subroutine join_over_ends
 
-      !> The same contact one turn before.
+      !> The same contact with coordinates smaller by one turn around the closed rod.
       pure type(contact_span_t) function shifted(one)
          type(contact_span_t), intent(in) :: one
          shifted = one
          shifted%at = one%at - strip(one%rod_segment)%length()
       end function shifted
 
-      !> True if a line contact begins where another one of the same obstacle ends.
+      !> True if line contact `other` begins where line contact `one` with the same obstacle ends.
       pure logical function continues(one, other)
          type(contact_span_t), intent(in) :: one, other
          continues = one%contact == other%contact .and. one%rod_segment == other%rod_segment .and. one%line .and. other%line
@@ -139,15 +141,15 @@ contains
       end function continues
    end function on_strips
 
-   !> Converts a contact set from strips (sequences of rod segments that continue one another) to rod segments. A line contact is
-   !> cut into pieces at segment boundaries; its last piece is left out if it is shorter than the least length with which contact
-   !> continues behind a boundary.
+   !> Converts a contact set from continuous rods to rod segments. A line contact is divided at segment boundaries. Its last piece
+   !> is left out if it is shorter than the least length with which a contact continues behind a boundary.
    subroutine on_segments(strip, covered, set, contact_span, valid)
       type(strip_t), intent(in) :: strip(:)
       logical, intent(in) :: covered(:, :)     !! (rod segments, contacts) as in problem_t
-      type(contact_span_t), intent(in) :: set(:) !! contact set on strips
+      type(contact_span_t), intent(in) :: set(:) !! contact set on continuous rods
       type(contact_span_t), allocatable, intent(out) :: contact_span(:)
-      logical, intent(out) :: valid            !! false: contacts overlap, or are outside the strip or the obstacle's segments
+      logical, intent(out) :: valid !! false: contacts overlap, or lie outside the rod or outside the segments that the contact
+      !! covers
       type(contact_span_t) :: piece
       integer :: k, i, n, turn
       real(wp) :: start
@@ -186,8 +188,8 @@ contains
 
    contains
 
-      !> True if contact k shares a place with another contact of the same obstacle, or is nearer to one of another obstacle than a
-      !> mesh resolves.
+      !> True if contact k shares a place with another contact of the same obstacle, or is so near to a contact with another
+      !> obstacle that a mesh cannot resolve the distance.
       pure logical function overlaps(k)
          integer, intent(in) :: k
          real(wp) :: at(2), apart
@@ -195,7 +197,7 @@ contains
          overlaps = .false.
          associate (on => strip(set(k)%rod_segment))
             apart = line_share * minval(on%start(2:) - on%start(:size(on%start) - 1))
-            ! At a segment boundary a contact may end where one with another obstacle begins.
+            ! At a segment boundary a contact may end where a contact with another obstacle begins.
             if (on%at_boundary(set(k)%at(1)) .or. on%at_boundary(set(k)%at(2))) apart = 0.0_wp
             do j = 1, size(set)
                if (j == k .or. set(j)%rod_segment /= set(k)%rod_segment) cycle
@@ -210,7 +212,7 @@ contains
       end function overlaps
    end subroutine on_segments
 
-   !> The coordinates of a contact, or of a place, shifted by whole turns of a closed strip to be nearest to another coordinate.
+   !> Coordinates shifted by whole turns around a closed rod so that they are nearest to another coordinate.
    pure function brought_near(strip, at, to) result(near)
       type(strip_t), intent(in) :: strip
       real(wp), intent(in) :: at(:)
@@ -220,14 +222,14 @@ contains
       if (strip%closed) near = at + strip%length() * anint((to - sum(at) / size(at)) / strip%length())
    end function brought_near
 
-   !> True if two coordinates belong to the same place, on a closed strip by whole turns, too.
+   !> True if two coordinates denote the same place; on a closed rod they may differ by whole turns.
    pure logical function coincide(strip, one, other)
       type(strip_t), intent(in) :: strip
       real(wp), intent(in) :: one, other
       coincide = all(abs(brought_near(strip, [one], other) - other) <= sqrt(epsilon(one)) * strip%length())
    end function coincide
 
-   !> True if a place is at a segment boundary or at an end of the strip.
+   !> True if a place is at a segment boundary or at an end of the continuous rod.
    pure logical function at_boundary(strip, at)
       class(strip_t), intent(in) :: strip
       real(wp), intent(in) :: at
@@ -235,8 +237,8 @@ contains
       at_boundary = any([(coincide(strip, strip%start(k), at), k=1, size(strip%start))])
    end function at_boundary
 
-   !> Where a place is on the strip: 2 i at the segment boundary i, 2 i + 1 between the boundaries i and i + 1. The end of a closed
-   !> strip is its first boundary.
+   !> Number of the part of the continuous rod that contains a place: 2 i for segment boundary i, 2 i + 1 for the interior between
+   !> boundaries i and i + 1. The end of a closed rod is its first boundary.
    pure integer function cell(strip, at)
       class(strip_t), intent(in) :: strip
       real(wp), intent(in) :: at
@@ -256,7 +258,7 @@ contains
       length = strip%start(size(strip%start))
    end function strip_length
 
-   !> Coordinates between which a contact may lie: on a closed strip also one half of a turn beyond its beginning and its end.
+   !> Coordinates between which a contact may lie; on a closed rod also half a turn before its beginning and behind its end.
    pure function strip_ends(strip) result(ends)
       class(strip_t), intent(in) :: strip
       real(wp) :: ends(2)

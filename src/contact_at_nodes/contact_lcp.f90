@@ -1,12 +1,12 @@
-!> LCP of the uncertain candidates for a step from the present contact set: a principal pivotal transform of the textbook LCP
-!> (17)-(18) of the paper. Complementary variables of a candidate, with the stiffness k of its foundation (1/k = 0 for rigid
-!> obstacles):
+!> LCP of the uncertain candidates for an increment from the present contact set. It is a principal pivotal transform of the
+!> textbook LCP (17)-(18) of the paper (Silveira & Goncalves 2001). Complementary variables of a candidate, with the stiffness k of
+!> its foundation (1/k = 0 for rigid obstacles):
 !>
 !>   open now:   z = reaction r,            w = opening b = gap + r/k
 !>   active now: z = opening b = gap + r/k, w = reaction r
 !>
-!> Every column is a solution of the bordered system, with the load factor as an unknown, so that no column is singular at limit
-!> points or if contact alone supports the structure.
+!> Every column is a solution of the bordered system, with the load factor as an unknown. No column is therefore singular at limit
+!> points, or if contact alone supports the structure.
 module contact_lcp
    use kinds, only: wp
    use problem, only: problem_t
@@ -15,27 +15,27 @@ module contact_lcp
    use linear_system, only: system_t, contact_reaction, turn_pair
    use tied_nodes, only: spread_force
    use bordered_system, only: solve_bordered
-   use active_coupling, only: coupled_answer, add_forces
+   use active_coupling, only: coupled_response, add_forces
    use contact_response, only: predict_contact, gap_change, reaction_change
    use lemke, only: solve_lcp, outcome_name, lcp_solved
    use timing, only: count_up, counter_lcp, counter_lcp_pivots, counter_lcp_failed
    implicit none
    private
-   public :: contact_lcp_t, new_contact_lcp, add_candidates, solve_contact_lcp, add_answer
+   public :: contact_lcp_t, new_contact_lcp, add_candidates, solve_contact_lcp, add_solution
 
-   !> w = q + M z of n candidates (z and w as in the header of this module). The columns of M follow from solutions of the bordered
-   !> system: the responses to a unit of each z.
+   !> w = q + M z for n uncertain candidates (z and w as in the header of this module). The columns of M follow from solutions of
+   !> the bordered system, the responses to a unit of each z.
    type :: contact_lcp_t
       integer, allocatable :: candidate(:)      !! (n) uncertain candidates, in the order in which they were added
       real(wp), allocatable :: x(:, :), y(:)    !! (unknowns, n), (n) increments of the unknowns and of the load factor
-      real(wp), allocatable :: force(:, :)      !! (unknowns, n) contact forces on the nodes for a unit of z
+      real(wp), allocatable :: force(:, :)      !! (unknowns, n) contact forces on the nodes for a unit of each z
       real(wp), allocatable :: m(:, :)          !! (n, n)
-      real(wp), allocatable :: z(:), w(:)       !! last solution
+      real(wp), allocatable :: z(:), w(:)       !! (n) solution found last
    end type contact_lcp_t
 
 contains
 
-   !> An LCP without candidates.
+   !> An LCP that has no candidates yet.
    pure function new_contact_lcp(unknowns) result(lcp)
       integer, intent(in) :: unknowns !! number of unknowns of the system
       type(contact_lcp_t) :: lcp
@@ -47,7 +47,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! assembled and factored at `state`
-      integer, intent(in) :: more(:)           !! candidates
+      integer, intent(in) :: more(:)           !! candidates that are added
       type(contact_lcp_t), intent(inout) :: lcp
       logical, intent(out) :: ok               !! false: the bordered system is singular
       real(wp) :: gap(problem%candidates%n), reaction(problem%candidates%n)
@@ -67,12 +67,11 @@ contains
       end do
       do k = 1, n
          associate (candidate => lcp%candidate(k))
-            if (problem%coupling%n > 0) call answer_of_column(candidate, lcp%x(:, k), lcp%y(k))
+            if (problem%coupling%n > 0) call response_of_column(candidate, lcp%x(:, k), lcp%y(k))
             do i = merge(old + 1, 1, k <= old), n
                lcp%m(i, k) = response(lcp%candidate(i), lcp%x(:, k), lcp%y(k), lcp%force(:, k))
             end do
-            ! The diagonal contains in addition the candidate's own foundation: its compliance, or for an active candidate its
-            ! stiffness.
+            ! The diagonal also contains the candidate's own foundation: its compliance or, for an active candidate, its stiffness.
             if (k <= old .or. .not. system%soft(candidate) .or. problem%coupling%entry(candidate) > 0) cycle
             if (state%active(candidate)) then
                lcp%m(k, k) = lcp%m(k, k) + system%spring(candidate)
@@ -84,7 +83,7 @@ contains
 
    contains
 
-      !> Change of a candidate's variable w by a unit of the z of the candidate to which the column belongs.
+      !> Change of a candidate's variable w caused by a unit of z of the candidate to which the column belongs.
       real(wp) function response(candidate, x, y, force)
          integer, intent(in) :: candidate
          real(wp), intent(in) :: x(:), y, force(:)
@@ -98,9 +97,9 @@ contains
          end if
       end function response
 
-      !> Openings and reactions of all candidates on coupled ground in the response of a column; values of other candidates are not
+      !> Openings and reactions of all candidates on coupled ground in the response of a column. Values of other candidates are not
       !> set.
-      subroutine answer_of_column(candidate, x, y)
+      subroutine response_of_column(candidate, x, y)
          integer, intent(in) :: candidate         !! candidate of the column
          real(wp), intent(in) :: x(:), y
          integer :: j
@@ -109,17 +108,17 @@ contains
                gap(coupled) = gap_change(problem, system, coupled, x, y)
             end associate
          end do
-         call coupled_answer(problem%coupling, system%coupling, unit(problem, candidate), gap, reaction)
-      end subroutine answer_of_column
+         call coupled_response(problem%coupling, system%coupling, unit(problem, candidate), gap, reaction)
+      end subroutine response_of_column
    end subroutine add_candidates
 
-   !> Solves the LCP, given gaps and reactions after the increment with unchanged contact set.
+   !> Solves the LCP. Given are gaps and reactions after an increment with unchanged contact set.
    subroutine solve_contact_lcp(state, gap, reaction, lcp, pivots, message)
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: gap(:), reaction(:)       !! (candidates)
+      real(wp), intent(in) :: gap(:), reaction(:)       !! (candidates) gaps and reactions after the increment
       type(contact_lcp_t), intent(inout) :: lcp
-      integer, intent(out) :: pivots                    !! pivots of the LCP
-      character(:), allocatable, intent(out) :: message !! allocated: no solution
+      integer, intent(out) :: pivots                    !! number of pivots
+      character(:), allocatable, intent(out) :: message !! reason of a failure; not allocated: the LCP was solved
       real(wp), allocatable :: q(:)
       integer :: outcome
       q = merge(reaction(lcp%candidate), gap(lcp%candidate), state%active(lcp%candidate))
@@ -133,14 +132,15 @@ contains
       call count_up(counter_lcp_failed)
    end subroutine solve_contact_lcp
 
-   !> Adds the columns of the solution to an increment, and returns gaps and reactions of all candidates after the increment.
-   subroutine add_answer(problem, state, system, lcp, x, y, gap, reaction)
+   !> Adds the columns of the LCP's solution to an increment, and returns gaps and reactions of all candidates after this increment.
+   subroutine add_solution(problem, state, system, lcp, x, y, gap, reaction)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
       type(contact_lcp_t), intent(in) :: lcp
-      real(wp), intent(inout) :: x(:), y               !! as in contact_lcp_t, summed over the solution
-      real(wp), intent(inout) :: gap(:), reaction(:)   !! (candidates)
+      real(wp), intent(inout) :: x(:), y !! increments of the unknowns and of the load factor; out: with the columns, each times its
+      !! z
+      real(wp), intent(inout) :: gap(:), reaction(:)   !! (candidates) gaps and reactions; out: after the increment
       real(wp) :: force(system%n), given(problem%candidates%n)
       integer :: k
       force = 0.0_wp
@@ -153,10 +153,10 @@ contains
       given = 0.0_wp
       given(lcp%candidate) = lcp%z
       call predict_contact(problem, system, x, y, state%active, given, force, gap, reaction)
-   end subroutine add_answer
+   end subroutine add_solution
 
-   !> Column of a candidate: response of the structure to a unit reaction of an open candidate, or to a unit opening of an active
-   !> candidate.
+   !> Column of a candidate: response of the structure to a unit of its reaction, if the candidate is open, or of its opening, if it
+   !> is active.
    subroutine solve_column(problem, state, system, candidate, x, y, force, ok)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -164,7 +164,7 @@ contains
       integer, intent(in) :: candidate
       real(wp), intent(inout) :: x(:)
       real(wp), intent(out) :: y               !! increment of the load factor
-      real(wp), intent(out) :: force(:)        !! contact force on the nodes
+      real(wp), intent(out) :: force(:)        !! contact force on the nodes, node axes
       logical, intent(out) :: ok
       real(wp) :: prescribed(system%n)
       integer :: d
@@ -173,7 +173,7 @@ contains
       if (state%active(candidate) .and. system%unknown(candidate) > 0) then
          prescribed(system%unknown(candidate)) = 1.0_wp / system%slope(candidate)
          d = system%partner(candidate)
-         ! At a corner between two obstacles the node moves along the other obstacle.
+         ! At a corner between two obstacles the node can only move along the other obstacle.
          if (d > 0) prescribed(system%unknown(d)) = -prescribed(system%unknown(candidate)) * &
             & dot_product(system%normal(:, candidate), system%normal(:, d)) / system%slope(d)
       else
@@ -189,7 +189,7 @@ contains
 
    contains
 
-      !> Force on the candidate's node in its axes, for a unit of reaction or a unit of opening.
+      !> Force on the candidate's node in the axes of the node, for a unit of reaction or a unit of opening.
       function own_force() result(pair)
          real(wp) :: pair(2)
          pair = system%normal(:, candidate)
@@ -199,16 +199,16 @@ contains
          if (state%active(candidate)) pair = pair * system%spring(candidate)
       end function own_force
 
-      !> Adds the forces of coupled ground on the nodes by a unit of a candidate's z while the nodes are fixed.
+      !> Adds the forces that coupled ground exerts on fixed nodes for a unit of a candidate's z.
       subroutine add_coupled_load()
          real(wp) :: opening(problem%candidates%n), push(problem%candidates%n)
          opening = 0.0_wp
-         call coupled_answer(problem%coupling, system%coupling, unit(problem, candidate), opening, push)
+         call coupled_response(problem%coupling, system%coupling, unit(problem, candidate), opening, push)
          call add_forces(system%coupling, push(system%coupling%candidate), force)
       end subroutine add_coupled_load
    end subroutine solve_column
 
-   !> Vector with 1 for one candidate and 0 for the others.
+   !> Vector over the candidates: 1 for the given candidate, 0 for the others.
    pure function unit(problem, candidate)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
@@ -217,7 +217,7 @@ contains
       unit(candidate) = 1.0_wp
    end function unit
 
-   !> Enlarges an array, with its values kept.
+   !> Enlarges an array and keeps its values.
    pure subroutine grow(a, rows, columns)
       real(wp), allocatable, intent(inout) :: a(:, :)
       integer, intent(in) :: rows, columns

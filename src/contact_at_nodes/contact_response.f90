@@ -1,32 +1,33 @@
-!> Changes of gaps and reactions of all candidates in a linear increment, from a solution of the bordered system. (Derivatives of a
-!> single gap or reaction along the path: node_contact_functional.)
+!> Changes of the gaps and reactions of all candidates in a linear increment, computed from a solution of the bordered system.
+!> (Derivatives of a single gap or reaction along the path are in node_contact_functional.)
 !>
 !> On coupled ground the opening is b = gap + T r, with the reactions r of all candidates and the compliance matrix T
-!> (ground_coupling). An opening or a reaction at one candidate changes the reactions of all active candidates (coupled_answer);
-!> these changes are loads of the columns.
+!> (ground_coupling). An opening or a reaction at one candidate changes the reactions of all active candidates (coupled_response);
+!> these changes act as loads in the columns of the LCP.
 module contact_response
    use kinds, only: wp
    use problem, only: problem_t
    use obstacle_pose, only: rigid_motion
    use linear_system, only: system_t, to_global, contact_reaction
    use bordered_system, only: held_force_change
-   use active_coupling, only: coupled_answer
+   use active_coupling, only: coupled_response
    implicit none
    private
    public :: predict_contact, gap_change, reaction_change
 
 contains
 
-   !> Linear prediction of all gaps (openings on coupled ground), and of the reactions of active candidates; 0 for the others.
+   !> Linear prediction of all gaps (of openings on coupled ground), and of the reactions of active candidates; open candidates have
+   !> the reaction 0.
    subroutine predict_contact(problem, system, x, y, active, given, force, gap, reaction)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: x(:), y !! (n) increments in node axes, and of the load factor
+      real(wp), intent(in) :: x(:), y !! increments of the unknowns (n), node axes, and of the load factor
       logical, intent(in) :: active(:) !! (candidates) true: in contact
-      real(wp), intent(in) :: given(:)               !! (candidates) prescribed openings of active ones, reactions of open ones
-      real(wp), intent(in) :: force(:)               !! (n) forces on the nodes by the prescribed values; rigid contacts may carry a
-      !! part of them
-      real(wp), intent(out) :: gap(:), reaction(:)   !! (candidates)
+      real(wp), intent(in) :: given(:) !! (candidates) prescribed openings of active candidates and reactions of open candidates
+      real(wp), intent(in) :: force(:) !! (n) forces on the nodes caused by the prescribed values; rigid contacts may carry a part
+      !! of them
+      real(wp), intent(out) :: gap(:), reaction(:)   !! (candidates) predicted gaps and reactions
       real(wp) :: residual(system%n)
       integer :: c
       residual = system%residual - force
@@ -40,15 +41,15 @@ contains
             reaction(c) = contact_reaction(system, c, residual) + reaction_change(system, c, x, y)
          end if
       end do
-      call coupled_answer(problem%coupling, system%coupling, given, gap, reaction)
+      call coupled_response(problem%coupling, system%coupling, given, gap, reaction)
    end subroutine predict_contact
 
-   !> Change of a candidate's gap, including the motion of the obstacle and the part of the gap that the load factor closes.
+   !> Change of a candidate's gap. It includes the motion of the obstacle and the part of the gap that closes with the load factor.
    pure real(wp) function gap_change(problem, system, candidate, x, y)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: x(:), y !! (n) increments in node axes, and of the load factor
+      real(wp), intent(in) :: x(:), y !! increments of the unknowns (n), node axes, and of the load factor
       real(wp) :: du(3)
       du = to_global(problem, system, x, problem%candidates%node(candidate))
       associate (carrier => problem%model%obstacle(problem%candidates%obstacle(candidate))%carrier)
@@ -58,11 +59,12 @@ contains
          & y * system%closing(candidate)
    end function gap_change
 
-   !> Change of the reaction of an active rigid candidate, from its row of the equilibrium equations and that of its partner.
+   !> Change of the reaction of an active rigid candidate. It follows from the candidate's row of the equilibrium equations and from
+   !> the row of its partner (the second obstacle at the same node).
    pure real(wp) function reaction_change(system, candidate, x, y)
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: x(:), y !! (n) increments in node axes, and of the load factor
+      real(wp), intent(in) :: x(:), y !! increments of the unknowns (n), node axes, and of the load factor
       integer :: p
       reaction_change = force_change(candidate) / system%slope(candidate)
       p = system%partner(candidate)
@@ -71,7 +73,7 @@ contains
 
    contains
 
-      !> Change of the force on the unknown that a candidate eliminates.
+      !> Change of the force on the unknown that a candidate's contact condition eliminates.
       pure real(wp) function force_change(c)
          integer, intent(in) :: c
          force_change = held_force_change(system, system%unknown(c), x, y)

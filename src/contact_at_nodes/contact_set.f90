@@ -1,6 +1,6 @@
 !> One Newton step with unilateral contact at nodes: the linearised equations with the present contact set, and an LCP for the
-!> uncertain candidates only. A candidate becomes uncertain if its own sign condition or that of a neighbour is violated; further
-!> candidates become uncertain until no other candidate violates its condition.
+!> uncertain candidates only. A candidate becomes uncertain if its own sign condition or that of a neighbour is violated. Further
+!> candidates become uncertain until no remaining candidate violates its condition.
 module contact_set
    use kinds, only: wp, parallel
    use problem, only: problem_t
@@ -8,7 +8,7 @@ module contact_set
    use linear_system, only: system_t
    use bordered_system, only: solve_bordered
    use contact_response, only: predict_contact
-   use contact_lcp, only: contact_lcp_t, new_contact_lcp, add_candidates, solve_contact_lcp, add_answer
+   use contact_lcp, only: contact_lcp_t, new_contact_lcp, add_candidates, solve_contact_lcp, add_solution
    use timing, only: timing_start, timing_stop, count_up, phase_contact, counter_set_changes
    implicit none
    private
@@ -18,19 +18,20 @@ module contact_set
    real(wp), parameter :: reaction_tolerance = 1.0e-10_wp !! accepted tension of an active candidate, over the force scale
    real(wp), parameter :: sign_slack = 1.0e-8_wp          !! accepted tension in a converged state, over the force scale, and
    !! accepted negative gap at an event, over the structure's size
-   integer, parameter :: largest_lcp = 400                !! largest number of uncertain candidates for an LCP; more of them change
-   !! between open and active by their signs
+   integer, parameter :: largest_lcp = 400 !! largest number of uncertain candidates for which an LCP is solved; if there are more,
+   !! candidates change between open and active by their signs
    integer, parameter :: max_rounds = 20
    character(*), parameter :: singular_border = 'the bordered system is singular: the structure cannot follow what the '// &
       & 'increment prescribes'
 
-   !> A solved increment and the contact set after it.
+   !> A solved increment and the contact set after it:
    type :: contact_step_t
       real(wp), allocatable :: x(:)          !! (n) increments of the unknowns, node axes
       real(wp) :: y = 0.0_wp                 !! increment of the load factor
       logical, allocatable :: active(:)      !! (candidates) true: in contact after the increment
-      real(wp), allocatable :: reaction(:)   !! (candidates) predicted
-      logical :: flipped = .false.           !! true: the set was changed without an increment; linearise again
+      real(wp), allocatable :: reaction(:)   !! (candidates) predicted reactions after the increment
+      logical :: flipped = .false. !! true: the contact set was changed without an increment, and the equations must be linearised
+      !! again
       integer :: lcp_size = 0, lcp_pivots = 0
       logical :: ok = .false.
       character(:), allocatable :: message   !! reason of a failure
@@ -38,14 +39,15 @@ module contact_set
 
 contains
 
-   !> Solves for the increment that removes the residual and satisfies the path constraint and the contact conditions. With `frozen`
-   !> the contact set is kept regardless of the signs (the paper's equilibrium iterations).
+   !> Solves for the increment that removes the residual and satisfies the path constraint and the contact conditions. If `frozen`
+   !> is true, the contact set is not changed, whatever the signs (the equilibrium iterations of the paper, Silveira & Goncalves
+   !> 2001).
    subroutine solve_contact_step(problem, state, system, path_rhs, frozen, result)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! assembled and factored at `state`, with the constraint row
       real(wp), intent(in) :: path_rhs         !! right-hand side of the constraint
-      logical, intent(in) :: frozen            !! true: the contact set is kept
+      logical, intent(in) :: frozen            !! true: the contact set is not changed
       type(contact_step_t), intent(inout) :: result
       real(wp) :: gap(problem%candidates%n), reaction(problem%candidates%n), none(problem%candidates%n)
 
@@ -78,7 +80,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
-      real(wp), intent(inout) :: gap(:), reaction(:)  !! (candidates) in: predicted; out: after the solution of the LCP
+      real(wp), intent(inout) :: gap(:), reaction(:)  !! (candidates) in: predicted; out: with the solution of the LCP
       type(contact_step_t), intent(inout) :: result
       type(contact_lcp_t) :: lcp
       integer, allocatable :: more(:)
@@ -118,7 +120,7 @@ contains
          if (.not. result%ok) return
          x = result%x
          y = result%y
-         call add_answer(problem, state, system, lcp, x, y, gap, reaction)
+         call add_solution(problem, state, system, lcp, x, y, gap, reaction)
          if (round == max_rounds) then
             call fail_with('the contact set did not settle')
             return
@@ -130,7 +132,7 @@ contains
       associate (doubt => lcp%candidate)
          result%active(doubt) = state%active(doubt) .neqv. lcp%z > 0.0_wp
          result%reaction(doubt) = merge(merge(lcp%w, 0.0_wp, result%active(doubt)), lcp%z, state%active(doubt))
-         call hold_once(problem, system, doubt, result)
+         call release_parallel(problem, system, doubt, result)
       end associate
       result%x = x
       result%y = y
@@ -138,8 +140,8 @@ contains
 
    contains
 
-      !> With too many candidates for an LCP, the candidates of the last LCP take its result, and all others whose signs are
-      !> violated change between open and active. The equations must then be linearised again.
+      !> If there are too many uncertain candidates for an LCP, the candidates of the last LCP take its result, and all other
+      !> candidates whose sign is violated change between open and active. The equations must then be linearised again.
       subroutine flip()
          result%active = state%active .neqv. wrong
          result%active(lcp%candidate) = state%active(lcp%candidate) .neqv. lcp%z > 0.0_wp
@@ -148,7 +150,7 @@ contains
          call count_up(counter_set_changes)
       end subroutine flip
 
-      !> Failure without a solution.
+      !> Ends without a solution.
       subroutine fail_with(message)
          character(*), intent(in) :: message
          result%ok = .false.
@@ -156,9 +158,9 @@ contains
       end subroutine fail_with
    end subroutine complement
 
-   !> Two rigid obstacles cannot constrain a node in the same direction: of two active contacts with parallel normals the one with
-   !> the smaller reaction is released.
-   subroutine hold_once(problem, system, doubt, result)
+   !> Two rigid obstacles cannot constrain a node in the same direction: of two active contacts at a node with parallel normals, the
+   !> contact with the smaller reaction is released.
+   subroutine release_parallel(problem, system, doubt, result)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       integer, intent(in) :: doubt(:)          !! candidates of the LCP
@@ -179,15 +181,15 @@ contains
 
    contains
 
-      !> True for an active contact with a rigid obstacle.
+      !> True if the candidate is in contact with a rigid obstacle.
       pure logical function held(c)
          integer, intent(in) :: c
          held = result%active(c) .and. .not. system%soft(c)
       end function held
-   end subroutine hold_once
+   end subroutine release_parallel
 
    !> Marks the candidates whose predicted gap or reaction has the wrong sign; bilateral candidates are never marked. The error of a
-   !> reaction is the rounding of the forces; at the start of a path the load increment sets their size.
+   !> reaction is the rounding of the forces. At the start of a path the load increment determines the size of the forces.
    function violated(problem, state, system, rise, gap, reaction) result(wrong)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -204,15 +206,16 @@ contains
 
    !> Largest force component on a node per unit of the load factor.
    pure real(wp) function largest_force(load) result(largest)
-      real(wp), intent(in) :: load(:)          !! (unknowns) load vector
+      real(wp), intent(in) :: load(:)          !! (unknowns) load vector by the load factor
       largest = max(maxval(abs(load(1::3))), maxval(abs(load(2::3))))
    end function largest_force
 
-   !> Candidates that become uncertain because a gap or reaction, their own or a neighbour's, violates its sign.
+   !> Candidates that become uncertain because their own gap or reaction, or that of a neighbour, has the wrong sign.
    function next_uncertain(problem, system, wrong, in_doubt, round) result(more)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      logical, intent(in) :: wrong(:), in_doubt(:) !! (candidates) true: its sign is violated; it is in the LCP already
+      logical, intent(in) :: wrong(:), in_doubt(:) !! (candidates) true: gap or reaction has the wrong sign; true: the candidate is
+      !! in the LCP already
       integer, intent(in) :: round
       integer, allocatable :: more(:)
       logical :: may(problem%candidates%n), wrong_at(problem%model%mesh%n_nodes)
@@ -225,17 +228,17 @@ contains
       may = (with_neighbours(problem, wrong, round) .or. wrong_at(problem%candidates%node)) .and. .not. in_doubt
       do c = 1, size(may)
          if (.not. abs(system%slope(c)) > 0.0_wp .or. problem%candidates%bilateral(c)) may(c) = .false.
-         ! On a horizontal segment of its law a reaction is constant. It can become zero only from the first segment.
+         ! On a horizontal segment of its force law a reaction is constant. It can become zero only on the first segment.
          if (system%soft(c) .and. .not. system%spring(c) > 0.0_wp) may(c) = .false.
       end do
       more = pack([(c, c=1, size(may))], may)
    end function next_uncertain
 
-   !> Chosen candidates and their neighbours. On coupled ground a change has a long range: the neighbourhood is larger at each
-   !> extension of the LCP (`round`).
+   !> Chosen candidates and their neighbours. On coupled ground a change affects distant candidates: the neighbourhood becomes
+   !> larger with each extension of the LCP (`round`).
    function with_neighbours(problem, chosen, round) result(near)
       type(problem_t), intent(in) :: problem
-      logical, intent(in) :: chosen(:)         !! (candidates) true for those chosen
+      logical, intent(in) :: chosen(:)         !! (candidates) true for the chosen candidates
       integer, intent(in) :: round
       logical, allocatable :: near(:), before(:)
       integer :: c, i, k, step
@@ -253,8 +256,8 @@ contains
       end do
    end function with_neighbours
 
-   !> Accepted penetration of an open candidate. On a foundation it is limited to the penetration whose reaction is negligible, but
-   !> is not below the rounding of gaps.
+   !> Accepted penetration of an open candidate. On a foundation it is at most the penetration whose reaction is negligible, but not
+   !> below the rounding of gaps.
    pure real(wp) function overlap_allowed(problem, system, candidate) result(overlap)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system

@@ -1,6 +1,6 @@
-!> Checks each card by itself against the table: known keyword, right part of the deck, right parameters and data lines.
+!> Checks each card by itself against the table of cards: known keyword, right part of the deck, right parameters and data lines.
 !>
-!> A card with a bad keyword or parameter is marked as not sound, and so is a data line with a bad field; the readers skip both.
+!> A card with a wrong keyword or parameter is marked as not sound, and so is a data line with a wrong field; the readers skip both.
 !> Relations between cards are checked by the readers.
 module card_check
    use kinds, only: wp
@@ -15,24 +15,24 @@ module card_check
    private
    public :: check_cards, known_card
 
-   !> Keywords, between bars, of cards whose default values the readers need even if the deck does not contain these cards.
+   !> Keywords, between bars, of cards whose default values the readers need even if the deck does not contain the cards.
    character(*), parameter :: always = 'CONTROLS|ACCURACY'
 
-   !> Data carried from card to card.
+   !> What is known from the cards checked so far.
    type :: reading_t
-      integer :: step = 0             !! step that is open, or the last one
+      integer :: step = 0             !! number of the open step, or of the last step
       logical :: open = .false.
-      integer :: open_card = 0        !! card of the open step
-      character(:), allocatable :: chain !! preceding card to which *ELASTIC and similar cards belong; ''
-      integer, allocatable :: first_use(:) !! (entries of the table) first card of this kind in the present part of the deck, 0:
-      !! none yet
+      integer :: open_card = 0        !! index of the card that opened the step
+      character(:), allocatable :: chain !! keyword of the preceding card to which *ELASTIC and similar cards belong; '': none
+      integer, allocatable :: first_use(:) !! (entries of the table) index of the first card of this kind in the present part of the
+      !! deck; 0: none yet
    end type reading_t
 
 contains
 
-   !> Checks all cards and fills in their spec, layout, step and soundness, and the converted values.
+   !> Checks all cards. Sets their entry of the table, layout, step, soundness, and converted values.
    subroutine check_cards(deck)
-      class(deck_t), intent(inout) :: deck               !! as split; receives the entries of the table that it needs, and errors
+      class(deck_t), intent(inout) :: deck !! in: a split deck; out: with the entries of the table that it needs, and with errors
       type(reading_t) :: reading
       character(:), allocatable :: typed
       integer :: card
@@ -58,17 +58,17 @@ contains
       if (reading%open) call deck%complain(reading%open_card, deck%card(reading%open_card)%place, 'its *END STEP is missing')
    end subroutine check_cards
 
-   !> Checks one card: its place in the deck, its parameters, its data lines.
+   !> Checks one card: its position in the deck, its parameters, and its data lines.
    subroutine check_card(deck, card, spec, reading)
       class(deck_t), intent(inout) :: deck
       integer, intent(in) :: card                        ! index of the card
-      type(card_spec_t), intent(in) :: spec              ! its entry of the table
+      type(card_spec_t), intent(in) :: spec              ! entry of the card in the table
       type(reading_t), intent(inout) :: reading
       deck%card(card)%keyword = spec%keyword
       call check_position(deck%card(card)%spec)
       call check_parameters()
-      ! The parameters select the layout of the data lines. After a bad parameter the lines are checked only if the card has one
-      ! layout.
+      ! The parameters determine the layout of the data lines. If a parameter is wrong, the lines are checked only if the card has a
+      ! single layout.
       if (deck%card(card)%sound .or. size(spec%layout) == 1) call check_lines()
 
    contains
@@ -83,7 +83,7 @@ contains
 
       !> Checks that the card is in the right part of the deck, and opens and closes steps.
       subroutine check_position(kind)
-         integer, intent(in) :: kind                     ! position of the entry in the table
+         integer, intent(in) :: kind                     ! position of the card's entry in the table
          character(:), allocatable :: wrong
          wrong = ''
          if (spec%keyword == 'STEP') then
@@ -111,7 +111,7 @@ contains
          if (wrong /= '') call bad_card(deck%card(card)%place, wrong)
       end subroutine check_position
 
-      !> Checks and converts the given parameters, then those that are missing.
+      !> Checks and converts the parameters that are given; then checks those that are missing.
       subroutine check_parameters()
          character(:), allocatable :: wrong
          type(place_t) :: place
@@ -120,7 +120,8 @@ contains
             call check_parameter(p, place, wrong)
             if (wrong == '') cycle
             call bad_card(place, wrong)
-            ! An unknown name on a continuation line: the comma above it was superfluous, and the line is most likely a data line.
+            ! An unknown name on a continuation line: the comma at the end of the line above is probably superfluous, and the line a
+            ! data line.
             if (deck%parameter(p)%item == 0 .and. place%line > deck%card(card)%place%line) exit
          end do
          if (.not. deck%card(card)%sound) return
@@ -129,10 +130,10 @@ contains
          end do
       end subroutine check_parameters
 
-      !> Checks and converts one parameter, and notes its item.
+      !> Checks and converts one parameter, and stores which item of the table it is.
       subroutine check_parameter(p, place, wrong)
-         integer, intent(in) :: p                        ! position in deck%parameter
-         type(place_t), intent(out) :: place             ! of the error
+         integer, intent(in) :: p                        ! index of the parameter in deck%parameter
+         type(place_t), intent(out) :: place             ! place of the error in the deck
          character(:), allocatable, intent(out) :: wrong ! description of the error; '' if there is none
          logical :: right
          wrong = ''
@@ -163,12 +164,12 @@ contains
 
       !> Checks that a parameter is given if it is required, and not given if its condition is not satisfied.
       subroutine check_presence(item, p)
-         type(item_t), intent(in) :: item                ! the parameter
-         integer, intent(in) :: p                        ! position in deck%parameter; 0: not given
+         type(item_t), intent(in) :: item                ! entry of the parameter in the table
+         integer, intent(in) :: p                        ! index of the parameter in deck%parameter; 0: not given
          character(:), allocatable :: why
          type(place_t) :: place
          if (index(item%only, '=') > 0) then
-            if (given_word(item%only(:index(item%only, '=') - 1)) == '') return ! that parameter is reported already
+            if (given_word(item%only(:index(item%only, '=') - 1)) == '') return ! the error in that parameter is reported already
          end if
          if (p > 0 .and. .not. holds(item%only)) then
             place = deck%parameter(p)%name
@@ -181,7 +182,7 @@ contains
          end if
       end subroutine check_presence
 
-      !> The word given for a parameter, or its default, as the table spells it; '' if there is none.
+      !> The word that is given for a parameter, or its default, in the spelling of the table; '' if there is neither.
       pure function given_word(name) result(word)
          character(*), intent(in) :: name
          character(:), allocatable :: word
@@ -211,7 +212,7 @@ contains
          end if
       end function holds
 
-      !> Determines the layout that applies, and checks number and fields of the data lines.
+      !> Determines which layout applies, and checks the number and the fields of the data lines.
       subroutine check_lines()
          integer :: first, last, l, i
          first = deck%card(card)%first_line
@@ -273,7 +274,7 @@ contains
       end subroutine check_fields
    end subroutine check_card
 
-   !> Keywords of the cards of a deck and of the cards `always`, between bars, each once.
+   !> Keywords of the cards of a deck and of the cards `always`, between bars, each of them once.
    pure function keys_of(deck) result(keys)
       class(deck_t), intent(in) :: deck
       character(:), allocatable :: keys
@@ -287,7 +288,7 @@ contains
    !> Suggestion for a keyword that is not in the table, to be appended to a message.
    pure function known_card(table, keyword) result(string)
       type(card_spec_t), intent(in) :: table(:)
-      character(*), intent(in) :: keyword !! as typed, without the star
+      character(*), intent(in) :: keyword !! keyword as typed, without the star
       character(:), allocatable :: string
       string = foreign_answer('card', '', keyword)
       if (string /= '') return

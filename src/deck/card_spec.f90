@@ -20,7 +20,7 @@ module card_spec
       enumerator :: kind_label        !! positive integer
       enumerator :: kind_label_or_set !! positive integer or the name of a set
       enumerator :: kind_component    !! degree of freedom of a node: 1, 2 or 6
-      enumerator :: kind_dof          !! an integer from 1 to 6, or one of the item's words
+      enumerator :: kind_dof          !! an integer from 1 to 6, or one of the words of the item
       enumerator :: kind_path         !! name of a file
       enumerator :: kind_value        !! name = number, formula or text in quotes
       enumerator :: kind_distributed  !! a number or the name of a *DISTRIBUTION
@@ -40,55 +40,60 @@ module card_spec
       enumerator :: poisson   !! Poisson's ratio
    end enum
 
-   !> Bounds in words, for messages.
+   !> Descriptions of the bounds for messages.
    character(*), parameter :: bound_words(0:*) = [character(26) :: '', 'positive', 'zero or positive', 'other than zero', &
       'positive and below 1', 'above -1 and at most 0.5']
 
-   integer, parameter :: most_cards = 100 !! room of the table
+   integer, parameter :: most_cards = 100 !! largest number of entries of the table
    integer, parameter :: many_lines = huge(1)
-   integer, parameter :: usual_most = 1000000000 !! largest magnitude of an integer by default; twice this value is still an integer
+   integer, parameter :: usual_most = 1000000000 !! largest magnitude of an integer by default; twice this number is still an
+   !! integer
 
    !> A parameter, or a field of a data line.
    type :: item_t
-      character(:), allocatable :: name    !! parameter: name in the deck; field: name in the manual
+      character(:), allocatable :: name    !! name of a parameter in the deck; name of a field in the manual
       integer :: kind = kind_real
-      logical :: required = .true.         !! true: the item must be given; with `only`: if that condition is satisfied
-      character(:), allocatable :: default !! '': none
-      integer :: times_field = 0           !! field whose value is multiplied by the default (0: the default itself is the value)
+      logical :: required = .true. !! true: the item must be given; if `only` is set, it must be given if that condition is
+      !! satisfied
+      character(:), allocatable :: default !! default value as text; '': none
+      integer :: times_field = 0 !! number of the field whose value is multiplied by the default; 0: the default itself is the value
       character(:), allocatable :: words   !! accepted words between bars
       character(:), allocatable :: only    !! condition under which the item is allowed, such as 'TYPE=CIRCLE'; '': always
       integer :: bound = any_value
       integer :: most = usual_most         !! largest magnitude of an integer
-      character(:), allocatable :: meaning !! one line
+      character(:), allocatable :: meaning !! meaning of the item, one line
    end type item_t
 
    !> The data lines of a card, or of one variant of the card.
    type :: layout_t
-      character(:), allocatable :: when         !! 'SECTION=RECT', 'GENERATE' (flag given), or '': always
+      character(:), allocatable :: when !! condition under which the layout applies: 'SECTION=RECT', 'GENERATE' (flag given), or '':
+      !! always
       type(item_t), allocatable :: field(:)
       logical :: last_repeats = .false.         !! true: the last field may be given any number of times
-      integer :: least = 1, most = many_lines   !! number of data lines
+      integer :: least = 1, most = many_lines   !! smallest and largest number of data lines
    end type layout_t
 
    !> Entry of one card in the table of cards.
    type :: card_spec_t
-      character(:), allocatable :: keyword    !! without the star, single blanks
-      character(:), allocatable :: key        !! the keyword in capitals without blanks
+      character(:), allocatable :: keyword    !! keyword without the star, with single blanks
+      character(:), allocatable :: key        !! keyword in capitals without blanks
       integer :: where = in_model
       logical :: once = .false.               !! true: the card is allowed once in the model part, or once in each step
-      logical :: free_text = .false.          !! true: data lines are not split into fields; a layout serves the manual only
-      character(:), allocatable :: follows    !! card below which this one must be, with only cards of the same kind between; ''
+      logical :: free_text = .false.          !! true: data lines are not split into fields, and the layout serves the manual only
+      character(:), allocatable :: follows !! keyword of the card that must precede this card, with only cards of this kind in
+      !! between; '': none
       type(item_t), allocatable :: parameter(:)
-      type(layout_t), allocatable :: layout(:) !! the first one whose condition is satisfied applies; empty: no data lines
+      type(layout_t), allocatable :: layout(:) !! layouts of data lines; the first one whose condition is satisfied applies; size 0:
+      !! no data lines
    end type card_spec_t
 
-   !> The table while it is being made: it receives only the cards that are wanted, for a run needs few of them.
+   !> The table while it is being made. It receives only the cards that are needed, because a run needs few of them.
    type :: table_t
       integer :: n = 0
-      type(card_spec_t), allocatable :: card(:) !! the first n are in use
-      integer :: layout = 0                   !! layout of the last card to which fields are added; 0: parameters are added
-      integer :: item = 0                     !! number of items added there
-      character(:), allocatable :: wanted     !! keys of the wanted cards between bars, with a bar at both ends; '': all cards
+      type(card_spec_t), allocatable :: card(:) !! only the first n entries are in use
+      integer :: layout = 0                   !! number of the last card's layout to which fields are added; 0: parameters are added
+      integer :: item = 0                     !! number of items that were added to it
+      character(:), allocatable :: wanted     !! keys of the cards to be added, between bars, with a bar at both ends; '': all cards
    end type table_t
 
 contains
@@ -96,7 +101,7 @@ contains
    !> Position of a card in the table, 0 if there is none; case and blanks are ignored.
    pure integer function find_card(table, keyword) result(position)
       type(card_spec_t), intent(in) :: table(:)
-      character(*), intent(in) :: keyword !! without the star
+      character(*), intent(in) :: keyword !! keyword without the star
       character(:), allocatable :: key
       key = squeeze(keyword)
       do position = 1, size(table)
@@ -119,7 +124,7 @@ contains
 
    !> Names of parameters or fields, between bars.
    pure function names_of(items) result(string)
-      type(item_t), intent(in) :: items(:) !! at least one
+      type(item_t), intent(in) :: items(:) !! parameters or fields, at least one
       character(:), allocatable :: string
       integer :: i
       string = items(1)%name
@@ -142,7 +147,7 @@ contains
    !> Begins a table.
    pure subroutine begin_table(table, wanted)
       type(table_t), intent(out) :: table
-      character(*), intent(in) :: wanted !! as in table_t
+      character(*), intent(in) :: wanted !! keys of the cards to be added, see table_t
       integer :: room, i
       table%wanted = wanted
       room = most_cards
@@ -152,23 +157,23 @@ contains
 
    !> Returns the cards of a table.
    pure subroutine end_table(table, cards)
-      type(table_t), intent(inout) :: table !! is empty afterwards
+      type(table_t), intent(inout) :: table !! out: empty
       type(card_spec_t), allocatable, intent(out) :: cards(:)
       if (table%n == size(table%card)) call move_alloc(table%card, cards)
       if (.not. allocated(cards)) cards = table%card(:table%n)
    end subroutine end_table
 
-   !> True if a table is to receive a card.
+   !> True if the card with this key must be added to the table.
    pure logical function is_wanted(table, key)
       type(table_t), intent(in) :: table
       character(*), intent(in) :: key !! keyword in capitals without blanks
       is_wanted = table%wanted == '' .or. index(table%wanted, '|'//key//'|') > 0
    end function is_wanted
 
-   !> Begins a card; the following items are its parameters, those behind a layout its fields.
+   !> Begins a card. The items that follow are its parameters; those behind a layout are fields of its data lines.
    pure subroutine add_card(table, keyword, where, once, free_text, follows, n_parameters, n_layouts)
       type(table_t), intent(inout) :: table
-      character(*), intent(in) :: keyword            !! this and the following arguments: components of card_spec_t
+      character(*), intent(in) :: keyword            !! keyword; this and the following arguments are components of card_spec_t
       integer, intent(in) :: where
       logical, intent(in) :: once, free_text
       character(*), intent(in) :: follows
@@ -187,10 +192,10 @@ contains
       table%item = 0
    end subroutine add_card
 
-   !> Begins a form of data lines of the last card; the following items are its fields.
+   !> Begins a layout of data lines of the last card; the items that follow are its fields.
    pure subroutine add_layout(table, when, least, most, last_repeats, n_fields)
       type(table_t), intent(inout) :: table
-      character(*), intent(in) :: when               !! this and the following arguments: components of layout_t
+      character(*), intent(in) :: when               !! condition; this and the following arguments are components of layout_t
       integer, intent(in) :: least, most
       logical, intent(in) :: last_repeats
       integer, intent(in) :: n_fields                !! number of fields that will be added
@@ -208,7 +213,7 @@ contains
    !> Adds a parameter to the last card, or a field to its last layout.
    pure subroutine add_item(table, name, kind, required, default, words, only, bound, most, times_field, meaning)
       type(table_t), intent(inout) :: table
-      character(*), intent(in) :: name               !! this and the following arguments: components of item_t
+      character(*), intent(in) :: name               !! name; this and the following arguments are components of item_t
       integer, intent(in) :: kind
       logical, intent(in) :: required
       character(*), intent(in) :: default, words, only

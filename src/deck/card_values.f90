@@ -1,7 +1,7 @@
-!> Position of the reader in a checked deck, typed values of parameters and fields there, and errors at them.
+!> Position of the reader in a checked deck, typed values of parameters and fields at this position, and errors at them.
 !>
-!> All items are named as in the table of cards. They are values that passed the check of the cards; defaults stand in for values
-!> that are not given.
+!> All items have the names of the table of cards. Their values have passed the check of the cards; a value that is not given is
+!> replaced by its default.
 module card_values
    use kinds, only: wp
    use text, only: word_at
@@ -13,16 +13,16 @@ module card_values
    private
    public :: card_values_t, position_t, is_listed
 
-   !> A card, and one of its data lines.
+   !> A card and one of its data lines: the position of a reader.
    type :: position_t
-      integer :: card = 0           !! index of the card; 0: before the first one
-      integer :: line = 0           !! index of the data line; one less than the first of the card: before its first line
-      character(24) :: keyword = '' !! of the card, as the table spells it
+      integer :: card = 0           !! index of the card; 0: before the first card
+      integer :: line = 0           !! index of the data line; one less than that of the card's first line: before the first line
+      character(24) :: keyword = '' !! keyword of the card in the spelling of the table
       integer :: step = 0           !! number of the step that contains the card; 0: the model part
       logical :: sound = .true.     !! true: the card has no errors in its keyword, place and parameters
-      integer :: n_lines = 0        !! number of data lines of the card, with those that have errors
-      integer :: card_at = 0        !! line of the deck with the keyword
-      integer :: line_at = 0        !! line of the deck that the data line is
+      integer :: n_lines = 0        !! number of data lines of the card, including those with errors
+      integer :: card_at = 0        !! number of the deck's line that has the keyword
+      integer :: line_at = 0        !! number of the deck's line that is the data line
    end type position_t
 
    !> A deck whose cards have passed their check.
@@ -35,23 +35,23 @@ module card_values
       procedure :: wrong, wrong_card, wrong_line, wrong_at_line
    end type card_values_t
 
-   !> A parameter or field of a card: its entry in the table, and the value that the deck gives.
+   !> A parameter or field of a card: its entry in the table, and the value given in the deck.
    type :: found_t
       type(item_t), pointer :: item
-      integer :: column = 0         !! fields: number on the data line; 0: a parameter
+      integer :: column = 0         !! for a field: its number on the data line; 0: a parameter
       logical :: given = .false.
-      type(place_t) :: place        !! of the value. If it is not given: of the keyword for a parameter, of the end of the line for
-      !! a field
-      real(wp) :: number = 0.0_wp   !! converted value, or the default; 0: neither
+      type(place_t) :: place !! place of the value in the deck. If no value is given: place of the keyword for a parameter, end of
+      !! the line for a field
+      real(wp) :: number = 0.0_wp   !! converted value, or the default; 0 if there is neither
    end type found_t
 
 contains
 
-   !> Moves to the next card without errors. False if no such card follows: the position is then before the first card again.
+   !> Moves to the next card without errors. False if there is none; the position is then again before the first card.
    logical function next_card(self, keywords, also_bad) result(found)
       class(card_values_t), intent(inout) :: self
-      character(*), intent(in) :: keywords       !! of the cards, between bars
-      logical, intent(in), optional :: also_bad  !! true: cards with errors are visited, too; default false
+      character(*), intent(in) :: keywords       !! keywords of the cards, between bars
+      logical, intent(in), optional :: also_bad  !! true: also to cards with errors; default: false
       logical :: all_cards
       integer :: card
       all_cards = .false.
@@ -69,7 +69,7 @@ contains
 
    !> True if a keyword is one of those between bars.
    pure logical function is_listed(keywords, keyword)
-      character(*), intent(in) :: keywords !! between bars
+      character(*), intent(in) :: keywords !! keywords between bars
       character(*), intent(in) :: keyword
       is_listed = index(keywords, trim(keyword)) > 0
       if (is_listed) is_listed = index('|'//keywords//'|', '|'//trim(keyword)//'|') > 0
@@ -112,10 +112,10 @@ contains
       at%line_at = self%data_line(line)%line
    end function at_line
 
-   !> Index of the last card of a kind in a step, with errors or without; 0 if there is none. The position stays.
+   !> Index of the last card of a kind in a step, with or without errors; 0 if there is none. The position does not change.
    pure integer function last_card(self, keywords, step) result(card)
       class(card_values_t), intent(in) :: self
-      character(*), intent(in) :: keywords   !! of the cards, between bars
+      character(*), intent(in) :: keywords   !! keywords of the cards, between bars
       integer, intent(in) :: step            !! number of the step; 0: the model part
       do card = self%n_cards, 1, -1
          if (self%card(card)%step /= step) cycle
@@ -124,10 +124,10 @@ contains
       card = 0
    end function last_card
 
-   !> Position at a card without parameters, in place of one that the deck may leave out: all values are their defaults.
+   !> Position at a card without parameters, which stands for a card that the deck may omit: all values are their defaults.
    pure type(position_t) function left_out(self, keyword) result(at)
       class(card_values_t), intent(in) :: self
-      character(*), intent(in) :: keyword    !! of the card; card_check lists these cards
+      character(*), intent(in) :: keyword    !! keyword of the card, one of those listed in card_check
       integer :: card
       do card = self%n_cards + 1, size(self%card)
          if (self%card(card)%keyword == keyword) at = self%at_card(card)
@@ -151,27 +151,27 @@ contains
    !> True if a parameter or field is given.
    logical function given(self, name, nth)
       class(card_values_t), intent(in) :: self
-      character(*), intent(in) :: name       !! of the parameter or field in the card table
-      integer, intent(in), optional :: nth   !! which one of a field that repeats; default 1
+      character(*), intent(in) :: name       !! name of the parameter or field in the card table
+      integer, intent(in), optional :: nth   !! number of the value, if the field repeats; default: 1
       type(found_t) :: found
       found = find(self, name, nth)
       given = found%given
    end function given
 
-   !> Number of values that a data line has for the last field of its layout, which may repeat.
+   !> Number of values on a data line for the last field of its layout, if this field may repeat.
    integer function count_of(self, name) result(n)
       class(card_values_t), intent(in) :: self
-      character(*), intent(in) :: name       !! of the field in the card table
+      character(*), intent(in) :: name       !! name of the field in the card table
       type(found_t) :: found
       found = find(self, name)
       n = max(0, self%data_line(self%at%line)%n_fields - found%column + 1)
    end function count_of
 
-   !> A value as typed, or its default; '' if there is neither.
+   !> A value as text, as it was typed, or its default; '' if there is neither.
    function text_of(self, name, nth) result(string)
       class(card_values_t), intent(in), target :: self
-      character(*), intent(in) :: name       !! of the parameter or field in the card table
-      integer, intent(in), optional :: nth   !! which one of a field that repeats; default 1
+      character(*), intent(in) :: name       !! name of the parameter or field in the card table
+      integer, intent(in), optional :: nth   !! number of the value, if the field repeats; default: 1
       character(:), allocatable :: string
       type(found_t) :: found
       found = find(self, name, nth)
@@ -179,11 +179,11 @@ contains
       if (found%given) string = self%text_at(found%place)
    end function text_of
 
-   !> A word as the table spells it; '' if the value is not given and has no default, or is a number.
+   !> A word in the spelling of the table; '' if the value is a number, or is not given and has no default.
    function word(self, name, nth)
       class(card_values_t), intent(in), target :: self
-      character(*), intent(in) :: name       !! of the parameter or field in the card table
-      integer, intent(in), optional :: nth   !! which one of a field that repeats; default 1
+      character(*), intent(in) :: name       !! name of the parameter or field in the card table
+      integer, intent(in), optional :: nth   !! number of the value, if the field repeats; default: 1
       character(:), allocatable :: word
       type(found_t) :: found
       integer :: position
@@ -195,18 +195,18 @@ contains
       if (position > 0) word = word_at(found%item%words, position)
    end function word
 
-   !> An integer, or the position of a word among those of the table; 0 if it is not given and has no default.
+   !> An integer, or the position of a word among the words of the table; 0 if it is not given and has no default.
    integer function integer_of(self, name) result(value)
       class(card_values_t), intent(in) :: self
-      character(*), intent(in) :: name       !! of the parameter or field in the card table
+      character(*), intent(in) :: name       !! name of the parameter or field in the card table
       value = nint(self%real(name))
    end function integer_of
 
-   !> A number; 0 if it is not given and has no default.
+   !> A real number; 0 if it is not given and has no default.
    real(wp) function real_of(self, name, nth) result(value)
       class(card_values_t), intent(in) :: self
-      character(*), intent(in) :: name       !! of the parameter or field in the card table
-      integer, intent(in), optional :: nth   !! which one of a field that repeats; default 1
+      character(*), intent(in) :: name       !! name of the parameter or field in the card table
+      integer, intent(in), optional :: nth   !! number of the value, if the field repeats; default: 1
       type(found_t) :: found
       found = find(self, name, nth)
       value = found%number
@@ -223,10 +223,10 @@ contains
    !> Adds an error at a parameter or field.
    subroutine wrong(self, name, message, nth, last)
       class(card_values_t), intent(inout) :: self
-      character(*), intent(in) :: name       !! of the parameter or field in the card table
-      character(*), intent(in) :: message    !! one line, without the keyword
-      integer, intent(in), optional :: nth   !! which one of a field that repeats; default 1
-      character(*), intent(in), optional :: last !! name of the last field that is marked
+      character(*), intent(in) :: name       !! name of the parameter or field in the card table
+      character(*), intent(in) :: message    !! text of the message: one line, without the keyword
+      integer, intent(in), optional :: nth   !! number of the value, if the field repeats; default: 1
+      character(*), intent(in), optional :: last !! name of the last of several fields that are marked
       type(found_t) :: found, end
       found = find(self, name, nth)
       end = found
@@ -237,22 +237,22 @@ contains
    !> Adds an error at the keyword of the card.
    subroutine wrong_card(self, message)
       class(card_values_t), intent(inout) :: self
-      character(*), intent(in) :: message    !! one line, without the keyword
+      character(*), intent(in) :: message    !! text of the message: one line, without the keyword
       call self%complain(self%at%card, self%card(self%at%card)%place, message)
    end subroutine wrong_card
 
    !> Adds an error at the whole data line.
    subroutine wrong_line(self, message)
       class(card_values_t), intent(inout) :: self
-      character(*), intent(in) :: message    !! one line, without the keyword
+      character(*), intent(in) :: message    !! text of the message: one line, without the keyword
       call self%complain(self%at%card, self%whole_line(self%at%line), message)
    end subroutine wrong_line
 
    !> Adds an error at a line of the deck.
    subroutine wrong_at_line(self, line, message)
       class(card_values_t), intent(inout) :: self
-      integer, intent(in) :: line            !! of the deck
-      character(*), intent(in) :: message    !! one line
+      integer, intent(in) :: line            !! number of the line in the deck
+      character(*), intent(in) :: message    !! text of the message: one line
       call self%diagnostics%add(place_t(line, 1, max(1, line_end(self%source, line))), message)
    end subroutine wrong_at_line
 
@@ -266,7 +266,7 @@ contains
       type(item_t), pointer :: field(:)
       integer :: i, p
       spec => self%spec(self%card(self%at%card)%spec)
-      if (self%at%line_at > 0) then ! on a data line; its fields come first because there are many lines
+      if (self%at%line_at > 0) then ! on a data line the fields are searched first, because there are many lines
          field => spec%layout(self%card(self%at%card)%layout)%field
          do i = 1, size(field)
             if (field(i)%name /= name) cycle

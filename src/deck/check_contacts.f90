@@ -1,11 +1,10 @@
-!> Conditions on the nodes of contacts, checked if the rest of the deck has no errors: candidates of an obstacle with coupled
-!> ground, and contact and stops at nodes that follow others by ties.
+!> Conditions on the nodes of contacts, checked if the rest of the deck has no errors: for candidates of an obstacle with coupled
+!> ground, and for contact and stops at nodes that are tied to others.
 !>
-!> Contact with a rigid obstacle eliminates a displacement of the node. A node that follows another one has no independent
-!> displacement: the node that it follows must be the contact node, at the same position and as a candidate for the same obstacle.
-!> The force of a foundation acts on the nodes that are followed; coupled ground requires independent unknowns of its nodes. A node
-!> that carries an obstacle has independent unknowns, and touches nothing; a node that may touch the obstacle goes along with
-!> it.
+!> Contact with a rigid obstacle eliminates a displacement of the node. A tied node has no independent displacement: the node to
+!> which it is tied must have the contact, at the same position and as a candidate for the same obstacle. The force of a foundation
+!> acts on the nodes to which a node is tied; coupled ground requires independent unknowns of its nodes. A node that carries an
+!> obstacle has independent unknowns and touches nothing; a node that may touch the obstacle moves with it.
 module check_contacts
    use kinds, only: wp
    use text, only: to_text
@@ -19,17 +18,17 @@ module check_contacts
    use deck_names, only: node_words
    implicit none
    private
-   public :: check_ground_candidates, check_contact_of_tied_nodes, check_carriers, touch_by_leaders
+   public :: check_ground_candidates, check_contact_of_tied_nodes, check_carriers, keep_leaders
 
-   integer, parameter :: most_candidates = 1500 !! limit, because the compliances of the candidates form a full matrix
+   integer, parameter :: most_candidates = 1500 !! largest number of candidates; their compliances form a full matrix
 
 contains
 
-   !> Checks the candidates of obstacles on coupled ground: their number, their tributary lengths (a half-space needs positive
-   !> ones), and that no two candidates load the same place of the ground.
+   !> Checks the candidates of obstacles on coupled ground: their number; their tributary lengths (positive for a half-space); and
+   !> that no two candidates load the same place of the ground.
    subroutine check_ground_candidates(deck, model)
       type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(in) :: model                !! of a deck without errors: contacts in the order of the cards
+      type(model_t), intent(in) :: model !! model of a deck without errors; its contacts are in the order of the cards
       type(geometry_t) :: geometry
       type(candidates_t) :: list
       type(patches_t) :: patches
@@ -40,7 +39,7 @@ contains
       geometry = new_geometry(model)
       list = new_candidates(model, geometry, distributed=.false.)
       patches = new_patches(model, list, geometry)
-      ! The error is reported at the last card concerned.
+      ! The error is reported at the last card that takes part in it.
       contact = 0
       do while (deck%next_card('CONTACT'))
          contact = contact + 1
@@ -57,7 +56,7 @@ contains
 
    contains
 
-      !> Reason why an obstacle with coupled ground cannot carry its candidates; '' if it can.
+      !> Reason why an obstacle with coupled ground cannot have its candidates; '' if it can.
       function contact_problem(obstacle) result(problem)
          integer, intent(in) :: obstacle
          character(:), allocatable :: problem
@@ -85,7 +84,7 @@ contains
    !> Reports the first node of each *CONTACT and *GAP at which contact is impossible.
    subroutine check_contact_of_tied_nodes(deck, model)
       type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(in) :: model                !! of a deck without errors: contacts in the order of the cards
+      type(model_t), intent(in) :: model !! model of a deck without errors; its contacts are in the order of the cards
       integer :: contact
       contact = 0
       do while (deck%next_card('CONTACT'))
@@ -103,7 +102,7 @@ contains
 
       !> Reports the first node of a contact at which contact is impossible.
       subroutine check_tied_nodes(name, contact)
-         character(*), intent(in) :: name                  ! name of the item that names the nodes
+         character(*), intent(in) :: name                  ! name of the parameter or field that names the nodes
          type(contact_t), intent(in) :: contact
          character(:), allocatable :: why
          integer :: i
@@ -115,7 +114,7 @@ contains
                   why = 'cannot lie on ground that carries load sideways: that needs rods without joints'
                else if (obstacle%at_nodes) then
                   why = 'cannot have a rigid stop: give it to the node that it follows, or give it a STIFFNESS'
-               else if (touches_too(model, contact, contact%node(i), leader(model, contact%node(i)))) then
+               else if (leader_touches(model, contact, contact%node(i), leader(model, contact%node(i)))) then
                   cycle
                else
                   why = 'cannot touch a rigid obstacle: let the node that it follows touch it, give the obstacle a '// &
@@ -128,10 +127,10 @@ contains
       end subroutine check_tied_nodes
    end subroutine check_contact_of_tied_nodes
 
-   !> Reports obstacles that their nodes cannot carry, and nodes that cannot go along with an obstacle.
+   !> Reports obstacles that their nodes cannot carry, and nodes that cannot move with an obstacle.
    subroutine check_carriers(deck, model)
       type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(in) :: model                !! of a deck without errors: contacts in the order of the cards
+      type(model_t), intent(in) :: model !! model of a deck without errors; its contacts are in the order of the cards
       integer :: contact, card
       contact = 0
       do while (deck%next_card('CONTACT'))
@@ -150,10 +149,12 @@ contains
 
    contains
 
-      !> Reports the first node of a contact that cannot touch the obstacle because a node carries it, or carries one itself.
+      !> Reports the first node of a contact that cannot touch the obstacle, because a node carries the obstacle or the node itself
+      !> carries one.
       subroutine check_nodes(contact)
          type(contact_t), intent(in) :: contact
-         real(wp), parameter :: rounded = 1.0e-10_wp       ! decks give ten digits or more
+         real(wp), parameter :: rounded = 1.0e-10_wp ! accuracy of positions, over the structure's size; decks give ten digits or
+         ! more
          real(wp) :: gap, normal(2), bend
          integer :: i
          associate (own => model%obstacle(contact%obstacle)%carrier, obstacle => model%obstacle(contact%obstacle))
@@ -176,10 +177,10 @@ contains
       end subroutine check_nodes
    end subroutine check_carriers
 
-   !> Among tied nodes at one position only one remains in contact: nodes that follow another node of the same rigid contact are
-   !> removed from it.
-   subroutine touch_by_leaders(model)
-      type(model_t), intent(inout) :: model             !! has passed check_contact_of_tied_nodes
+   !> Of tied nodes at the same position only one remains in contact: nodes that are tied to another node of the same rigid contact
+   !> are removed from the contact.
+   subroutine keep_leaders(model)
+      type(model_t), intent(inout) :: model             !! model that has passed check_contact_of_tied_nodes
       logical, allocatable :: stays(:)
       integer :: c, i, lead
       do c = 1, size(model%contact)
@@ -195,9 +196,10 @@ contains
          model%contact(c)%node = pack(model%contact(c)%node, stays)
          deallocate (stays)
       end do
-   end subroutine touch_by_leaders
+   end subroutine keep_leaders
 
-   !> Node whose displacements x and y a tied node has, with chains of ties resolved; 0 if they differ or the tie has an arm.
+   !> Node that has the same displacements x and y as a tied node, with chains of ties resolved; 0 if there is none or a tie has an
+   !> arm.
    pure integer function leader(model, node) result(lead)
       type(model_t), intent(in) :: model
       integer, intent(in) :: node
@@ -210,7 +212,7 @@ contains
             associate (tie => model%tie(i))
                if (tie%node /= lead .or. tie%component == 3) cycle
                found = found + 1
-               if (.not. goes_along(tie)) of = -1
+               if (.not. is_plain_tie(tie)) of = -1
                if (of == 0) of = tie%of(1)
                if (of /= tie%of(1)) of = -1
             end associate
@@ -222,21 +224,21 @@ contains
       end do
    end function leader
 
-   !> True for a tie that gives a component the same value as this component of another node.
-   pure logical function goes_along(tie)
+   !> True for a tie that makes a component equal to the same component of another node.
+   pure logical function is_plain_tie(tie)
       type(tie_t), intent(in) :: tie
-      goes_along = size(tie%of) == 1
-      if (goes_along) goes_along = tie%part(1) == tie%component .and. abs(tie%factor(1) - 1.0_wp) <= 0.0_wp .and. &
+      is_plain_tie = size(tie%of) == 1
+      if (is_plain_tie) is_plain_tie = tie%part(1) == tie%component .and. abs(tie%factor(1) - 1.0_wp) <= 0.0_wp .and. &
          & (tie%turner == 0 .or. norm2(tie%arm) <= 0.0_wp)
-   end function goes_along
+   end function is_plain_tie
 
-   !> True if a node's leader is at the same position and is a candidate for the same obstacle with the same gap.
-   pure logical function touches_too(model, contact, node, lead)
+   !> True if a node's leader is at the same position and is a candidate for the same obstacle with the same GAP.
+   pure logical function leader_touches(model, contact, node, lead)
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
-      integer, intent(in) :: node, lead                 !! 0: no leader
+      integer, intent(in) :: node, lead                 !! node; its leader, 0: none
       integer :: k
-      touches_too = .false.
+      leader_touches = .false.
       if (lead == 0) return
       associate (x => model%mesh%x)
          if (norm2(x(:, node) - x(:, lead)) > 8.0_wp * epsilon(x) * maxval(abs(x))) return
@@ -244,8 +246,8 @@ contains
       do k = 1, size(model%contact)
          associate (other => model%contact(k))
             if (other%obstacle /= contact%obstacle .or. abs(other%gap - contact%gap) > 0.0_wp) cycle
-            touches_too = touches_too .or. any(other%node == lead)
+            leader_touches = leader_touches .or. any(other%node == lead)
          end associate
       end do
-   end function touches_too
+   end function leader_touches
 end module check_contacts

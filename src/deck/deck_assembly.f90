@@ -1,4 +1,4 @@
-!> Assembly of the deck: included decks replace *INCLUDE, and values replace ${...}.
+!> Assembly of the deck: *INCLUDE is replaced by the included decks, and ${...} by values.
 !>
 !> Lines are processed before they are split into cards, because an included deck may contain cards, or data lines of the preceding
 !> card. Parameters are defined in the order of the lines.
@@ -16,26 +16,27 @@ module deck_assembly
    public :: assemble_deck
 
    character(*), parameter :: nl = new_line('a')
-   character(*), parameter :: expanded_mark = '** *' !! prefix that marks an *INCLUDE whose deck follows
-   integer, parameter :: deepest = 100 !! largest depth of includes; ends circular includes through links
+   character(*), parameter :: expanded_mark = '** *' !! prefix that marks an *INCLUDE whose lines follow in the expanded deck
+   integer, parameter :: deepest = 100 !! largest depth of includes; it ends includes that are circular through symbolic links
    integer, parameter :: most_files = 10000 !! largest number of included files, with repetitions
    integer, parameter :: most_names = 20    !! largest number of parameters listed in a message
 
-   !> A deck during its assembly: the three texts (assembled, expanded, record; see deck_source_t), and the origin of their lines.
+   !> A deck during its assembly: its three texts (assembled, expanded, record; see deck_source_t), and the origin of their lines.
    type :: assembly_t
       type(growing_text_t) :: read, expanded, record
-      integer :: n = 0                             !! lines read so far
-      integer, allocatable :: origin(:, :)         !! (2, lines) file and line number of each; with spare room
+      integer :: n = 0                             !! number of lines read so far
+      integer, allocatable :: origin(:, :)         !! (2, lines) file and line number of each line; the array may be larger
       integer :: n_typed = 0
-      type(typed_line_t), allocatable :: typed(:)  !! the first n_typed are in use
+      type(typed_line_t), allocatable :: typed(:)  !! lines that were typed differently; only the first n_typed entries are in use
       integer :: n_files = 0
-      type(deck_file_t), allocatable :: file(:)    !! the first n_files are in use
+      type(deck_file_t), allocatable :: file(:)    !! files of the deck; only the first n_files entries are in use
       type(deck_parameters_t) :: parameters
       type(diagnostics_t) :: diagnostics           !! errors found so far
-      logical :: in_parameters = .false.           !! true: the data lines belong to a *PARAMETER card
-      integer :: heading_file = 0                  !! file of the *HEADING to which the data lines belong; 0: another card
-      type(place_t) :: included_at                 !! the deck's *INCLUDE from which the present lines come
-      logical :: ended = .false.                   !! true: the deck is too large: reading has stopped
+      logical :: in_parameters = .false.           !! true: the present data lines belong to a *PARAMETER card
+      integer :: heading_file = 0 !! index of the file with the *HEADING to which the present data lines belong; 0: they belong to
+      !! another card
+      type(place_t) :: included_at                 !! place of the *INCLUDE in the deck from which the present lines come
+      logical :: ended = .false.                   !! true: reading has stopped because the deck is too large
    end type assembly_t
 
 contains
@@ -43,8 +44,8 @@ contains
    !> Assembles a deck.
    subroutine assemble_deck(source, settings, diagnostics)
       type(deck_source_t), intent(inout) :: source        !! in: as typed; out: assembled
-      character(*), intent(in) :: settings(:)             !! name=value from the command line
-      type(diagnostics_t), intent(inout) :: diagnostics   !! receives the errors
+      character(*), intent(in) :: settings(:)             !! name=value for every --set of the command line
+      type(diagnostics_t), intent(inout) :: diagnostics   !! out: with the errors added
       type(assembly_t) :: a
       type(deck_source_t) :: whole
       a%diagnostics = diagnostics
@@ -141,15 +142,15 @@ contains
       end if
       first = first_letter(typed)
       if (first == 0) then
-         ! Marked *INCLUDE of an expanded deck, whose lines follow already: its file name may use a parameter, which then counts as
-         ! used.
+         ! This *INCLUDE is marked in an expanded deck, and its lines follow. Its file name may contain a parameter, which then
+         ! counts as used.
          if (index(typed, expanded_mark) == 1) then
             if (keyword(typed(len(expanded_mark):)) == 'INCLUDE') call a%parameters%note_use(typed)
          end if
          call keep(a, origin, typed, typed, typed)
       else if (typed(first:first) /= '*' .and. .not. may_write_title(a, origin(1))) then
-         ! An included file cannot continue the title of another file: the text of any file would become the title, and be stored in
-         ! the results.
+         ! An included file cannot continue the title of another file: otherwise the text of any file could become the title, and be
+         ! stored in the results.
          call a%diagnostics%add(a%included_at, '*INCLUDE: below *HEADING a deck that begins with a keyword; its text does not '// &
             'become the title')
          a%ended = .true.
@@ -200,10 +201,10 @@ contains
       if (wrong /= '') call a%diagnostics%add(place_t(a%n, first, len_trim(typed)), '*PARAMETER: '//wrong)
    end subroutine define_parameter
 
-   !> Reads the deck named by *INCLUDE, and processes its lines.
+   !> Reads the deck that *INCLUDE names, and processes its lines.
    recursive subroutine include_file(a, card, typed, first, depth)
       type(assembly_t), intent(inout) :: a
-      character(*), intent(in) :: card, typed    ! the line with values, and the line as typed
+      character(*), intent(in) :: card, typed    ! the line with values inserted; the line as typed
       integer, intent(in) :: first, depth
       type(deck_source_t) :: source
       type(error_t), allocatable :: error
@@ -250,7 +251,7 @@ contains
       call take_file(a, source, file, depth + 1)
    end subroutine include_file
 
-   !> False if a file's text would become the title of a *HEADING that is neither in this file nor in a file included by it.
+   !> False if the text of a file would become the title of a *HEADING that is neither in this file nor in a file included by it.
    pure logical function may_write_title(a, file) result(may)
       type(assembly_t), intent(in) :: a
       integer, intent(in) :: file
@@ -268,7 +269,7 @@ contains
       type(assembly_t), intent(inout) :: a
       character(*), intent(in) :: name
       integer, intent(in) :: included_by
-      if (a%n_files == size(a%file)) a%file = [a%file, a%file] ! twice the room
+      if (a%n_files == size(a%file)) a%file = [a%file, a%file] ! the length of the array is doubled
       a%n_files = a%n_files + 1
       a%file(a%n_files) = deck_file_t(name, included_by)
    end subroutine add_file
@@ -317,7 +318,7 @@ contains
       end do
    end function beside
 
-   !> Adds a line to the assembled deck, to the expanded deck and to the record.
+   !> Adds a line to the assembled deck, the expanded deck, and the record.
    subroutine keep(a, origin, read, expanded, record)
       type(assembly_t), intent(inout) :: a
       integer, intent(in) :: origin(2)
@@ -333,7 +334,7 @@ contains
       call a%record%add(nl)
    end subroutine keep
 
-   !> Stores the last line as typed.
+   !> Stores the last line as it was typed.
    subroutine note_typed(a, typed, spots)
       type(assembly_t), intent(inout) :: a
       character(*), intent(in) :: typed

@@ -1,7 +1,7 @@
 !> Splits the text of a deck into cards: keyword, parameters, data lines, fields, each with its place.
 !>
-!> This module does not depend on which cards exist. A keyword line that ends in a comma continues in the next line; comments (** in
-!> front) and blank lines are allowed everywhere.
+!> This module does not depend on which cards exist. A keyword line that ends with a comma continues on the next line. Comments
+!> (lines that begin with **) and blank lines are allowed everywhere.
 module deck_cards
    use kinds, only: wp
    use text, only: is_blank, squeeze
@@ -14,29 +14,29 @@ module deck_cards
 
    !> A parameter of a card as the deck gives it.
    type :: parameter_t
-      type(place_t) :: name, value         !! value of a flag: empty
+      type(place_t) :: name, value         !! places of name and value in the deck; the value of a flag is empty
       logical :: has_value = .false.       !! true: the name is followed by an equals sign
-      integer :: item = 0                  !! position in the parameters of its card in the table, 0: unknown
+      integer :: item = 0                  !! position among the parameters of its card in the table; 0: unknown
       real(wp) :: number = 0.0_wp          !! converted value, see item_values
    end type parameter_t
 
    !> A data line of a card.
    type :: data_line_t
-      integer :: card = 0                  !! index of its card
-      integer :: line = 0                  !! line of the deck
+      integer :: card = 0                  !! index of the card to which the line belongs
+      integer :: line = 0                  !! number of the line in the deck
       integer :: first_field = 1, n_fields = 0
       logical :: sound = .true.            !! true: the line passed the check against the table
    end type data_line_t
 
    !> A card of the deck: keyword, parameters and data lines, and the result of its check.
    type :: card_t
-      character(:), allocatable :: keyword !! as typed, without the star; after the check: as the table spells it
-      type(place_t) :: place               !! of star and keyword
+      character(:), allocatable :: keyword !! keyword without the star, as typed; after the check in the spelling of the table
+      type(place_t) :: place               !! place of star and keyword in the deck
       integer :: first_parameter = 1, last_parameter = 0
       integer :: first_line = 1, last_line = 0
-      integer :: spec = 0                  !! position in deck%spec, 0: unknown
-      integer :: layout = 0                !! index of the layout that applies, 0: none
-      integer :: step = 0                  !! 0: model part
+      integer :: spec = 0                  !! position of the card in deck%spec; 0: unknown keyword
+      integer :: layout = 0                !! index of the layout that applies; 0: none
+      integer :: step = 0                  !! number of the step that contains the card; 0: the model part
       logical :: sound = .true.            !! true: keyword, place in the deck and parameters passed the check
    end type card_t
 
@@ -45,13 +45,13 @@ module deck_cards
    type :: deck_t
       type(deck_source_t) :: source
       integer :: n_cards = 0, n_parameters = 0, n_lines = 0, n_fields = 0
-      type(card_t), allocatable :: card(:)      !! this and the following arrays: the first n_... are in use; behind them, cards
-      !! without parameters in place of those that a deck may leave out (card_check)
+      type(card_t), allocatable :: card(:) !! of this and the following arrays only the first n_... entries are in use. Behind them
+      !! there are cards without parameters, which stand for cards that a deck may omit (card_check)
       type(parameter_t), allocatable :: parameter(:)
       type(data_line_t), allocatable :: data_line(:)
       type(place_t), allocatable :: field(:)
       real(wp), allocatable :: number(:)        !! converted values of the fields, see item_values
-      type(card_spec_t), allocatable :: spec(:) !! the part of the table that the deck needs
+      type(card_spec_t), allocatable :: spec(:) !! the entries of the table that the deck needs
       type(diagnostics_t) :: diagnostics        !! errors found so far
    contains
       procedure :: text_at, complain, given_parameter, field_given, field_place, whole_line
@@ -59,15 +59,15 @@ module deck_cards
 
 contains
 
-   !> Splits a deck.
+   !> Splits the text of a deck into cards.
    subroutine split_deck(source, deck)
-      type(deck_source_t), intent(in) :: source !! the text
-      class(deck_t), intent(inout) :: deck      !! a new one; receives the cards, and errors about lines that are no cards
+      type(deck_source_t), intent(in) :: source !! text of the deck
+      class(deck_t), intent(inout) :: deck      !! out: the cards, and errors about lines that are not cards
       integer :: line, first, commas
       logical :: misplaced
       deck%source = source
       commas = occurrences(source%text, ',')
-      ! No line has more parameters than commas, or more fields than one and its commas.
+      ! A line has at most as many parameters as commas, and one more field than commas.
       allocate (deck%card(occurrences(source%text, '*')), deck%parameter(commas), deck%data_line(source%n_lines), &
          & deck%field(source%n_lines + commas))
       misplaced = .false.
@@ -89,7 +89,7 @@ contains
 
    contains
 
-      !> Splits a keyword line and its parameters; `line` becomes the last line of the keyword.
+      !> Splits a keyword line into the keyword and its parameters; on return `line` is the last line of the keyword.
       subroutine split_keyword_line(line, first)
          integer, intent(inout) :: line
          integer, intent(in) :: first                         ! column of the star
@@ -105,7 +105,7 @@ contains
          length = line_end(source, line)
          do while (comma <= length)
             if (comma == length) then
-               ! The comma ends the line: the card continues in the next line that is not a comment.
+               ! The comma is the last character: the card continues on the next line that is not a comment.
                next = next_line(line)
                if (next == 0) then
                   call missing(line, comma, 'a parameter must follow the last comma')
@@ -128,7 +128,7 @@ contains
 
       !> Reports a missing parameter; the card is then not sound.
       subroutine missing(line, column, message)
-         integer, intent(in) :: line, column      ! where a parameter is missing
+         integer, intent(in) :: line, column      ! line and column where a parameter is missing
          character(*), intent(in) :: message
          deck%card(deck%n_cards)%sound = .false.
          call deck%complain(deck%n_cards, place_t(line, column, column), message)
@@ -180,7 +180,7 @@ contains
          end associate
       end subroutine new_card
 
-      !> Splits a data line into its fields between commas; a comma at the end of the line begins no field.
+      !> Splits a data line at its commas into fields; a comma at the end of the line does not begin a field.
       subroutine split_data_line(line)
          integer, intent(in) :: line
          integer :: comma, from, length
@@ -216,7 +216,7 @@ contains
          end do
       end function trimmed
 
-      !> Column of the next comma from a column on; one past the line's end if there is none.
+      !> Column of the next comma at or behind a column; one more than the line's length if there is none.
       pure integer function next_comma(line, from) result(column)
          integer, intent(in) :: line, from
          integer :: found
@@ -226,7 +226,7 @@ contains
       end function next_comma
    end subroutine split_deck
 
-   !> How often a letter occurs in a text.
+   !> Number of occurrences of a letter in a text.
    pure integer function occurrences(string, letter)
       character(*), intent(in) :: string
       character(1), intent(in) :: letter
@@ -251,15 +251,15 @@ contains
    pure subroutine complain(self, card, place, message)
       class(deck_t), intent(inout) :: self
       integer, intent(in) :: card         !! index of the card
-      type(place_t), intent(in) :: place  !! place to be marked
-      character(*), intent(in) :: message !! one line
+      type(place_t), intent(in) :: place  !! place in the deck that is marked
+      character(*), intent(in) :: message !! text of the message: one line
       call self%diagnostics%add(place, '*'//self%card(card)%keyword//': '//message)
    end subroutine complain
 
    !> Column of the last character of a line that is not blank, 0 for a blank line.
    pure integer function line_end(source, line)
       type(deck_source_t), intent(in) :: source
-      integer, intent(in) :: line !! from 1; a line behind the last one is blank
+      integer, intent(in) :: line !! number of the line, from 1; a line behind the last one is blank
       line_end = 0
       if (line > source%n_lines) return
       do line_end = source%last(line) - source%first(line) + 1, 1, -1
@@ -283,7 +283,7 @@ contains
    pure logical function field_given(self, line, field)
       class(deck_t), intent(in) :: self
       integer, intent(in) :: line  !! index of the data line
-      integer, intent(in) :: field !! from 1
+      integer, intent(in) :: field !! number of the field, from 1
       integer :: i
       field_given = .false.
       if (field > self%data_line(line)%n_fields) return
@@ -295,7 +295,7 @@ contains
    pure type(place_t) function field_place(self, line, field) result(place)
       class(deck_t), intent(in) :: self
       integer, intent(in) :: line  !! index of the data line
-      integer, intent(in) :: field !! from 1
+      integer, intent(in) :: field !! number of the field, from 1
       if (field <= self%data_line(line)%n_fields) then
          place = self%field(self%data_line(line)%first_field + field - 1)
       else

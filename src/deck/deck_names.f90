@@ -1,4 +1,4 @@
-!> Names and labels defined by the deck so far: nodes, elements, sets, materials, obstacles, monitors, steps.
+!> Names and labels that the deck has defined so far: of nodes, elements, sets, materials, obstacles, monitors, steps.
 module deck_names
    use text, only: to_text
    use lookup, only: label_map_t, name_list_t
@@ -9,20 +9,20 @@ module deck_names
    private
    public :: deck_names_t, labels_t, definitions_t, take_node_sets, copy_node, node_words, element_words
 
-   !> A set that grows: members in the order in which they were added, each once.
+   !> A set to which members are added: each member once, in the order in which they were added.
    type :: growing_set_t
       integer :: n = 0
-      integer, allocatable :: member(:)    !! the first n are in use
+      integer, allocatable :: member(:)    !! only the first n entries are in use
       type(label_map_t), private :: known
    end type growing_set_t
 
-   !> Nodes or elements: labels, the lines that define them, and sets of them. Sets have indices, not labels.
+   !> Nodes or elements: their labels, the lines of the deck that define them, and sets of them. Sets contain indices, not labels.
    type :: labels_t
-      character(7) :: what = ''            !! node or element, for messages
+      character(7) :: what = ''            !! 'node' or 'element', for messages
       integer :: n = 0
-      integer :: least = huge(1), greatest = 0 !! labels
-      integer, allocatable :: line(:)      !! (nodes or elements, in the order of their definition) line of the deck with the
-      !! definition; the first n are in use
+      integer :: least = huge(1), greatest = 0 !! smallest and largest label
+      integer, allocatable :: line(:) !! (nodes or elements, in the order of their definition) line of the deck with the definition;
+      !! only the first n entries are in use
       type(name_list_t) :: set_names
       type(label_map_t), private :: index
       type(growing_set_t), allocatable, private :: set(:)
@@ -39,7 +39,7 @@ module deck_names
 
    !> All names and labels that the deck has defined so far, and the kinds of definitions that may be missing because of errors.
    type :: deck_names_t
-      logical :: above_only = .true.       !! true: the mesh is being read: cards may refer to preceding definitions only
+      logical :: above_only = .true.       !! true: the mesh is being read, and cards may refer to preceding definitions only
       logical :: mesh_incomplete = .false. !! true: a card of the mesh has errors: nodes, elements or sets may be missing
       logical :: imperfections_incomplete = .false. !! true: an *IMPERFECTION has errors
       logical :: sections_incomplete = .false. !! true: a card of materials or sections has errors
@@ -49,22 +49,24 @@ module deck_names
       logical :: unknown_cards = .false.       !! true: a keyword is not known
       type(labels_t) :: node = labels_t(what='node'), element = labels_t(what='element')
       type(definitions_t) :: distribution, material, law, obstacle, monitor, step
-      type(name_list_t) :: pushed_out        !! obstacles that a *CONTACT INTERFERENCE, SHRINK names
+      type(name_list_t) :: pushed_out        !! obstacles named by a *CONTACT INTERFERENCE, SHRINK
       logical :: has_modes = .false.         !! true: an *IMPERFECTION has SHAPE=MODE
-      logical, allocatable :: touched(:)     !! (obstacles) true: a *CONTACT or *GAP names the obstacle (once these cards are read)
-      integer, allocatable :: placed_line(:) !! (curves) index of the data line if it omits the number of elements, else 0
-      type(position_t), allocatable :: tie_origin(:) !! (ties) place of each in the deck; card 0: a release
-      logical, allocatable :: connected(:) !! (nodes) true: the node belongs to an element (once the mesh is read)
+      logical, allocatable :: touched(:) !! (obstacles) true: a *CONTACT or *GAP names the obstacle; set when these cards have been
+      !! read
+      integer, allocatable :: placed_line(:) !! (curves) index of the data line if it omits the number of elements; else 0
+      type(position_t), allocatable :: tie_origin(:) !! (ties) position of the tie's card or line in the deck; card 0: the tie
+      !! belongs to a release
+      logical, allocatable :: connected(:) !! (nodes) true: the node belongs to an element; set when the mesh has been read
    contains
       procedure :: is_loose
    end type deck_names_t
 
 contains
 
-   !> Adds the next node or element.
+   !> Adds a node or element behind the last one.
    pure subroutine add_label(self, label, line)
       class(labels_t), intent(inout) :: self
-      integer, intent(in) :: label !! one that is not used yet
+      integer, intent(in) :: label !! label that is not in use yet
       integer, intent(in) :: line  !! line of the deck that defines it
       if (.not. allocated(self%line)) allocate (self%line(64))
       call put(self%line, self%n, line)
@@ -80,7 +82,7 @@ contains
       i = self%index%find(label)
    end function find_label
 
-   !> Index of a set, which is created if it does not exist yet.
+   !> Index of a set. The set is created if it does not exist.
    subroutine begin_set(self, name, set)
       class(labels_t), intent(inout) :: self
       character(*), intent(in) :: name
@@ -96,10 +98,10 @@ contains
       call move_alloc(larger, self%set)
    end subroutine begin_set
 
-   !> Adds members to a set, those that it does not contain yet.
+   !> Adds to a set those members that it does not contain yet.
    pure subroutine append_to_set(self, set, members)
       class(labels_t), intent(inout) :: self
-      integer, intent(in) :: set        !! index of the set; 0: nothing happens
+      integer, intent(in) :: set        !! index of the set; 0: nothing is done
       integer, intent(in) :: members(:) !! indices of nodes or elements
       integer :: i
       if (set == 0) return
@@ -118,12 +120,12 @@ contains
       integer, allocatable, intent(inout) :: list(:)
       integer, intent(inout) :: n
       integer, intent(in) :: number
-      if (n == size(list)) list = [list, list] ! twice the room
+      if (n == size(list)) list = [list, list] ! the length of the array is doubled
       n = n + 1
       list(n) = number
    end subroutine put
 
-   !> The members of a set; none if the set is 0.
+   !> The members of a set; size 0 for set 0.
    pure function members_of_set(self, set) result(members)
       class(labels_t), intent(in) :: self
       integer, intent(in) :: set !! index of the set
@@ -137,9 +139,9 @@ contains
    pure subroutine define(self, name, line, position, earlier)
       class(definitions_t), intent(inout) :: self
       character(*), intent(in) :: name
-      integer, intent(in) :: line       !! of the deck
-      integer, intent(out) :: position  !! of the name in the list
-      integer, intent(out) :: earlier   !! line that defines the name already; 0: none
+      integer, intent(in) :: line       !! number of the line in the deck
+      integer, intent(out) :: position  !! position of the name in the list
+      integer, intent(out) :: earlier   !! line that already defines the name; 0: none
       logical :: is_new
       if (.not. allocated(self%line)) allocate (self%line(0))
       call self%add(name, position, is_new)
@@ -148,7 +150,7 @@ contains
       if (.not. is_new) earlier = self%line(position)
    end subroutine define
 
-   !> True for a node that belongs to no element, if the mesh is complete.
+   !> True if a node belongs to no element, and the mesh is complete.
    pure logical function is_loose(self, node)
       class(deck_names_t), intent(in) :: self
       integer, intent(in) :: node !! index of the node
@@ -167,10 +169,10 @@ contains
       end do
    end subroutine take_node_sets
 
-   !> Adds a node of a joint at the position of another node, with the next free label; it counts as the node of an element.
+   !> Adds a node for a joint at the position of another node, with the next free label. It counts as the node of an element.
    subroutine copy_node(names, model, node)
       type(deck_names_t), intent(inout) :: names
-      type(model_t), intent(inout) :: model !! the new node has neither supports nor springs
+      type(model_t), intent(inout) :: model !! out: with the new node, which has neither supports nor springs
       integer, intent(in) :: node !! index of the node that is copied
       integer :: n
       n = model%mesh%n_nodes

@@ -1,4 +1,4 @@
-!> Parameters of a deck: definitions by *PARAMETER cards and the command line, and replacement of ${...} by values.
+!> Parameters of a deck: their definition by *PARAMETER cards and the command line, and the replacement of ${...} by their values.
 module deck_parameters
    use kinds, only: wp, name_length
    use text, only: to_text, is_blank, nearest_word, word_index
@@ -11,13 +11,13 @@ module deck_parameters
    private
    public :: deck_parameters_t
 
-   integer, parameter :: longest_formula = 2000 !! characters
+   integer, parameter :: longest_formula = 2000 !! largest length of a formula, in characters
 
    !> All parameters defined so far.
    type :: deck_parameters_t
       integer :: n = 0
-      type(deck_parameter_t), allocatable :: list(:) !! the first n are in use
-      type(name_list_t) :: names               !! in the same order
+      type(deck_parameter_t), allocatable :: list(:) !! only the first n entries are in use
+      type(name_list_t) :: names               !! names of the parameters, in the order of `list`
       integer :: guesses = 0
    contains
       procedure :: start, set, define, fill, note_use
@@ -25,16 +25,16 @@ module deck_parameters
 
 contains
 
-   !> Starts without parameters.
+   !> Begins without parameters.
    subroutine start(self)
       class(deck_parameters_t), intent(out) :: self
       allocate (self%list(16))
    end subroutine start
 
-   !> Adds NAME=VALUE from the command line, before the deck is read.
+   !> Adds a parameter NAME=VALUE from the command line, before the deck is read.
    subroutine set(self, string, wrong)
       class(deck_parameters_t), intent(inout) :: self
-      character(*), intent(in) :: string                !! as typed
+      character(*), intent(in) :: string                !! text NAME=VALUE as typed
       character(:), allocatable, intent(out) :: wrong   !! description of the error; '' if there is none
       type(deck_parameter_t) :: parameter
       call new_parameter(self, string, parameter, wrong)
@@ -45,15 +45,15 @@ contains
       call append(self, parameter)
    end subroutine set
 
-   !> Adds a line of a *PARAMETER card. A value set on the command line is kept.
+   !> Adds the definition on a line of a *PARAMETER card. A value that was set on the command line is kept.
    subroutine define(self, string, line, wrong, earlier, as_set)
       class(deck_parameters_t), intent(inout) :: self
-      character(*), intent(in) :: string                !! NAME = VALUE
-      integer, intent(in) :: line                       !! of the deck
+      character(*), intent(in) :: string                !! text NAME = VALUE
+      integer, intent(in) :: line                       !! number of the line in the deck
       character(:), allocatable, intent(out) :: wrong   !! description of the error; '' if there is none
-      integer, intent(out) :: earlier                   !! line that defines the parameter already; 0: none
-      character(:), allocatable, intent(out) :: as_set  !! the line with the value set on the command line; '': the line's own value
-      !! applies
+      integer, intent(out) :: earlier                   !! line that already defines the parameter; 0: none
+      character(:), allocatable, intent(out) :: as_set !! the line with the value from the command line; '': the value of the line
+      !! itself applies
       type(deck_parameter_t) :: parameter
       integer :: i
       earlier = 0
@@ -65,7 +65,7 @@ contains
       call self%note_use(string)
       call new_parameter(self, string, parameter, wrong)
       if (wrong /= '') then
-         ! After an error the parameter gets the value 1, so that lines that use its name are not reported, too.
+         ! After an error the parameter has the value 1, so that lines that contain its name cause no further errors.
          if (.not. allocated(parameter%value)) return
          parameter%value = '1'
          parameter%is_number = .true.
@@ -87,9 +87,10 @@ contains
    !> Replaces every ${...} of a line.
    subroutine fill(self, typed, filled, spots, wrong)
       class(deck_parameters_t), intent(inout) :: self
-      character(*), intent(in) :: typed                   !! the line
+      character(*), intent(in) :: typed                   !! the line as typed
       character(:), allocatable, intent(out) :: filled    !! the line with values; undefined after an error
-      type(spot_t), allocatable, intent(out) :: spots(:)  !! replaced parts; after an error the last one is its place
+      type(spot_t), allocatable, intent(out) :: spots(:) !! the replaced parts; after an error the last one is the place of the
+      !! error
       character(:), allocatable, intent(out) :: wrong     !! description of the error; '' if there is none
       character(:), allocatable :: value
       type(growing_text_t) :: read
@@ -104,7 +105,7 @@ contains
          if (first == 0) exit
          first = from + first - 1
          length = index(typed(first:), '}')
-         if (n == size(spots)) spots = [spots, spots] ! twice the room
+         if (n == size(spots)) spots = [spots, spots] ! the length of the array is doubled
          n = n + 1
          associate (spot => spots(n))
             spot%typed = [first, len_trim(typed)]
@@ -145,7 +146,7 @@ contains
    !> Marks parameters set on the command line as used by the deck if a formula contains them.
    pure subroutine note_use(self, string)
       class(deck_parameters_t), intent(inout) :: self
-      character(*), intent(in) :: string  !! formula or other text
+      character(*), intent(in) :: string  !! formula or any other text
       integer :: first, last, i
       last = 0
       do
@@ -156,7 +157,7 @@ contains
       end do
    end subroutine note_use
 
-   !> Reads NAME = VALUE.
+   !> Reads the text NAME = VALUE.
    subroutine new_parameter(self, string, parameter, wrong)
       type(deck_parameters_t), intent(inout) :: self
       character(*), intent(in) :: string
@@ -239,13 +240,13 @@ contains
       type(deck_parameter_t), intent(in) :: parameter
       integer :: i
       logical :: is_new
-      if (self%n == size(self%list)) self%list = [self%list, self%list] ! twice the room
+      if (self%n == size(self%list)) self%list = [self%list, self%list] ! the length of the array is doubled
       self%n = self%n + 1
       self%list(self%n) = parameter
       call self%names%add(parameter%name, i, is_new)
    end subroutine append
 
-   !> A number as text: whole numbers without a decimal point, so that they may serve as integers, too.
+   !> A number as text. Integers have no decimal point, so that they may also be used where an integer is required.
    pure function written(number) result(string)
       real(wp), intent(in) :: number
       character(:), allocatable :: string
@@ -267,13 +268,13 @@ contains
    !> First and last character of the next plain name in a text; 0 if there is none.
    pure subroutine next_name(string, from, first, last)
       character(*), intent(in) :: string
-      integer, intent(in) :: from             !! start of the search
+      integer, intent(in) :: from             !! position in the text at which the search begins
       integer, intent(out) :: first, last
       integer :: length
       first = from
       do while (first <= len(string))
          if (is_plain_name(string(first:first))) exit
-         ! The e of 1e5 is no name.
+         ! The e of a number such as 1e5 is not a name.
          length = 1
          if (scan(string(first:first), '0123456789') == 1) length = word_length(first)
          first = first + length

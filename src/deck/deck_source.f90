@@ -1,6 +1,6 @@
-!> The text of a deck, read completely from a file or a pipe and kept: messages quote it, the result file stores it.
+!> The text of a deck, read completely from a file or a pipe. It is kept, because messages quote it and the result file stores it.
 !>
-!> The text may differ from the typed text: included decks replace *INCLUDE, values replace ${...}. The origin of each line is
+!> The text may differ from the typed text: *INCLUDE is replaced by the included decks, ${...} by values. The origin of each line is
 !> stored.
 module deck_source
    use kinds, only: wp
@@ -14,9 +14,9 @@ module deck_source
    public :: read_source_file, read_source_unit, source_from_text
    public :: most_lines, first_letter
 
-   !> Text that grows at its end.
+   !> A text to which lines are appended.
    type :: growing_text_t
-      character(:), allocatable :: text             !! with spare room behind the first n characters; not allocated: no text
+      character(:), allocatable :: text !! the text in the first n characters; the rest is unused; not allocated: no text
       integer :: n = 0
    contains
       procedure :: add => add_text
@@ -24,48 +24,50 @@ module deck_source
 
    !> A file that contributes lines to a deck.
    type :: deck_file_t
-      character(:), allocatable :: name             !! name in messages
-      integer :: included_by = 0                    !! file that includes it; 0: the deck itself
+      character(:), allocatable :: name             !! name of the file in messages
+      integer :: included_by = 0                    !! index of the file that includes it; 0: it is the deck itself
    end type deck_file_t
 
-   !> A replaced part of a line: columns of the typed text ${...}, and of its replacement.
+   !> A replaced part of a line: its columns in the typed line, ${...}, and in the line with the value.
    type :: spot_t
-      integer :: typed(2) = 0, read(2) = 0          !! first and last
+      integer :: typed(2) = 0, read(2) = 0 !! first and last column in the typed line; first and last column in the line with the
+      !! value
    end type spot_t
 
-   !> A line that differs from the typed line.
+   !> A line that was typed differently.
    type :: typed_line_t
       integer :: line = 0
-      character(:), allocatable :: text             !! as typed
+      character(:), allocatable :: text             !! the line as typed
       type(spot_t), allocatable :: spot(:)
    end type typed_line_t
 
    !> A parameter with its value.
    type :: deck_parameter_t
-      character(:), allocatable :: name             !! as first typed
+      character(:), allocatable :: name             !! name as typed where it was first used
       character(:), allocatable :: value            !! text that replaces ${name}
-      logical :: is_number = .true.                 !! false: text
-      real(wp) :: number = 0.0_wp                   !! the value; 0 for text
-      logical :: was_set = .false.                  !! true: set on the command line
-      logical :: in_deck = .false.                  !! true: defined by *PARAMETER, or used by a ${...}
-      integer :: line = 0                           !! line of its *PARAMETER definition; 0: none
+      logical :: is_number = .true.                 !! true: the value is a number; false: it is a text
+      real(wp) :: number = 0.0_wp                   !! the value as a number; 0 for a text
+      logical :: was_set = .false.                  !! true: the value was set on the command line
+      logical :: in_deck = .false.                  !! true: the parameter is defined by *PARAMETER, or used in a ${...}
+      integer :: line = 0                           !! line of its definition by *PARAMETER; 0: none
    contains
       procedure :: definition
    end type deck_parameter_t
 
    !> Text of a deck and positions of its lines.
    type :: deck_source_t
-      character(:), allocatable :: name             !! name of the file in messages
+      character(:), allocatable :: name             !! name of the deck's file in messages
       character(:), allocatable :: text             !! all lines, each ended by a newline
       integer :: n_lines = 0
       integer, allocatable :: first(:), last(:)     !! positions in `text` of the first and last character of each line
       type(deck_file_t), allocatable :: file(:)     !! the deck's file, and the included files
-      integer, allocatable :: origin(:, :)          !! (2, n_lines) file of each line, and its number there
-      type(typed_line_t), allocatable :: typed(:)   !! in the order of the lines
+      integer, allocatable :: origin(:, :) !! (2, n_lines) index of the file from which each line comes; number of the line in this
+      !! file
+      type(typed_line_t), allocatable :: typed(:)   !! lines that were typed differently, in the order of the lines
       type(deck_parameter_t), allocatable :: parameter(:)
       character(:), allocatable :: expanded         !! the deck as typed, with the included decks inserted
-      character(:), allocatable :: record           !! the expanded deck with the parameters set on the command line: it reproduces
-      !! the run
+      character(:), allocatable :: record !! the expanded deck with the parameters set on the command line, from which the run can
+      !! be repeated
    contains
       procedure :: line => source_line
       procedure :: line_words, as_typed
@@ -76,7 +78,8 @@ module deck_source
    integer, parameter :: longest_text = 500000000   !! [bytes] longest text of a file
    character(*), parameter :: newline = achar(10), carriage_return = achar(13)
    character(*), parameter :: byte_order_mark = char(239)//char(187)//char(191)
-   integer, parameter :: chunk = 256 !! characters requested in one read, which pads the rest with blanks each time
+   integer, parameter :: chunk = 256 !! number of characters requested in one read; the runtime pads the rest of the buffer with
+   !! blanks in each read
 
 contains
 
@@ -84,8 +87,8 @@ contains
    subroutine read_source_file(path, source, error)
       character(*), intent(in) :: path                !! name of the file, also used in messages
       type(deck_source_t), intent(out) :: source      !! empty text on failure
-      type(error_t), allocatable, intent(out) :: error !! the file is missing, cannot be read, or is no plain file; or as
-      !! read_source_unit
+      type(error_t), allocatable, intent(out) :: error !! the file is missing, cannot be read, or is not a plain file; or an error
+      !! of read_source_unit
       integer :: unit, status
       character(200) :: reason
       call source_from_text('', path, source)
@@ -102,7 +105,7 @@ contains
 
    !> Reads all remaining lines of a formatted sequential unit (such as input_unit).
    subroutine read_source_unit(unit, name, source, error)
-      integer, intent(in) :: unit                      !! connected for formatted reading
+      integer, intent(in) :: unit                      !! unit connected for formatted reading
       character(*), intent(in) :: name                 !! name of the deck in messages
       type(deck_source_t), intent(out) :: source       !! empty text on failure
       type(error_t), allocatable, intent(out) :: error !! reading failed, or the text is too long
@@ -112,7 +115,7 @@ contains
       character(200) :: reason
       call source_from_text('', name, source)
       call read%add('')
-      line = 0      ! position before the present line
+      line = 0      ! position in the text before the present line
       lines = 0
       do
          read (unit, '(a)', advance='no', size=n, iostat=status, iomsg=reason) buffer
@@ -150,7 +153,7 @@ contains
 
    !> Determines the lines of a text.
    pure subroutine source_from_text(text, name, source)
-      character(*), intent(in) :: text           !! lines ended by newlines; a carriage return before one is dropped
+      character(*), intent(in) :: text           !! lines ended by newlines; a carriage return before a newline is dropped
       character(*), intent(in) :: name           !! name of the deck in messages
       type(deck_source_t), intent(out) :: source !! text without byte order mark, every line ended by a newline
       integer :: i, length, first, number
@@ -196,13 +199,13 @@ contains
    !> One line without its newline; '' if there is no such line.
    pure function source_line(self, number) result(line)
       class(deck_source_t), intent(in) :: self
-      integer, intent(in) :: number !! from 1
+      integer, intent(in) :: number !! number of the line, from 1
       character(:), allocatable :: line
       line = ''
       if (number >= 1 .and. number <= self%n_lines) line = self%text(self%first(number):self%last(number))
    end function source_line
 
-   !> Column of the first character of a line with contents; 0 for blank lines and comments (** in front).
+   !> Column of the first character of a line that is not blank; 0 for blank lines and for comments (lines that begin with **).
    pure integer function first_letter(line)
       character(*), intent(in) :: line
       do first_letter = 1, len(line)
@@ -214,7 +217,7 @@ contains
       end if
    end function first_letter
 
-   !> Line of a *PARAMETER card that defines the parameter.
+   !> Line of a *PARAMETER card that would define this parameter.
    pure function definition(self) result(string)
       class(deck_parameter_t), intent(in) :: self
       character(:), allocatable :: string
@@ -225,18 +228,18 @@ contains
    !> "line 12", with the name of its file if there are several.
    pure function line_words(self, number) result(words)
       class(deck_source_t), intent(in) :: self
-      integer, intent(in) :: number !! of the line, from 1
+      integer, intent(in) :: number !! number of the line, from 1
       character(:), allocatable :: words
       words = 'line '//to_text(self%origin(2, number))
       if (size(self%file) > 1) words = words//' of '//self%file(self%origin(1, number))%name
    end function line_words
 
-   !> A line, and the columns of a part of it, as typed.
+   !> Converts a line and the columns of a part of it to the line as typed.
    pure subroutine as_typed(self, number, first, last, line)
       class(deck_source_t), intent(in) :: self
-      integer, intent(in) :: number                    !! of the line, from 1
-      integer, intent(inout) :: first, last            !! in: columns of the assembled line; out: columns of the typed line. A part
-      !! of the replacement of ${...} becomes the whole ${...}
+      integer, intent(in) :: number                    !! number of the line, from 1
+      integer, intent(inout) :: first, last !! first and last column of the part; in: in the assembled line; out: in the typed line.
+      !! A part of a value that replaced ${...} becomes the whole ${...}
       character(:), allocatable, intent(out) :: line
       integer :: t, i, shift(2)
       line = self%line(number)
@@ -247,7 +250,7 @@ contains
       shift = 0
       associate (typed => self%typed(t))
          line = typed%text
-         ! A copy of an empty list is not allocated.
+         ! (If the list is empty, the copy would not be allocated.)
          if (.not. allocated(typed%spot)) return
          do i = 1, size(typed%spot)
             associate (spot => typed%spot(i))

@@ -1,8 +1,8 @@
-!> Translation of a deck to the model: the sequence of all readers.
+!> Translation of a deck to the model: calls all readers in sequence.
 !>
-!> All cards are read even after errors, so that the user sees all errors at once. Errors that only follow from a reported one (a
-!> missing node whose line is bad) are not reported. Nothing is read from a deck that cannot be assembled because an included deck
-!> or a value is missing.
+!> All cards are read even after errors, so that the user sees all errors at once. Errors that are only consequences of a reported
+!> error (a missing node whose line has an error) are not reported. Nothing is read from a deck that cannot be assembled because an
+!> included deck or a value is missing.
 module deck_to_model
    use model, only: model_t
    use deck_source, only: growing_text_t, deck_source_t
@@ -28,7 +28,7 @@ module deck_to_model
    use read_path_control, only: read_path_cards, check_steps
    use read_branches, only: read_branch_cards
    use check_contacts, only: check_ground_candidates, check_contact_of_tied_nodes, check_carriers, &
-      & touch_by_leaders
+      & keep_leaders
    use read_limit_curves, only: read_limit_curve_cards
    use read_accuracy, only: read_accuracy_cards, check_placed
    implicit none
@@ -40,10 +40,10 @@ contains
    !> Reads and checks a deck.
    subroutine read_deck(source, model, diagnostics, steps_optional, settings)
       type(deck_source_t), intent(inout) :: source     !! in: text as typed; out: assembled
-      type(model_t), intent(out) :: model              !! all components allocated; meaningful only without errors
+      type(model_t), intent(out) :: model !! model with all components allocated; meaningful only if there are no errors
       type(diagnostics_t), intent(out) :: diagnostics  !! diagnostics%n: number of errors
-      logical, intent(in), optional :: steps_optional  !! true: a deck without *STEP is no error (default false)
-      character(*), intent(in), optional :: settings(:) !! name=value from the command line, for ${name} (default none)
+      logical, intent(in), optional :: steps_optional  !! true: a deck without *STEP is not an error (default: false)
+      character(*), intent(in), optional :: settings(:) !! name=value from the command line, which defines ${name} (default: none)
       type(checked_deck_t) :: deck
 
       if (present(settings)) call assemble_deck(source, settings, diagnostics)
@@ -57,21 +57,21 @@ contains
       if (deck%diagnostics%n == 0) call check_contact_of_tied_nodes(deck, model)
       if (deck%diagnostics%n == 0) call check_carriers(deck, model)
       if (deck%diagnostics%n == 0) call choose_contact_points(deck, model)
-      if (deck%diagnostics%n == 0) call touch_by_leaders(model)
+      if (deck%diagnostics%n == 0) call keep_leaders(model)
       if (deck%diagnostics%n == 0) call check_ground_candidates(deck, model)
       if (deck%diagnostics%n == 0) call check_placed(deck, model)
-      ! From here on contacts are not in the order of the cards.
+      ! From here on the contacts are no longer in the order of the cards.
       if (deck%diagnostics%n == 0) call join_walls(model)
       call check_not_empty(deck, model, steps_optional)
       diagnostics = deck%diagnostics
    end subroutine read_deck
 
-   !> Reads all cards that may stand above the first *STEP.
+   !> Reads all cards that are allowed before the first *STEP.
    subroutine read_model_part(deck, model)
       type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(inout) :: model
       logical :: joints_wrong
-      integer :: n                                      ! number of errors before the readers whose errors note_errors counts next
+      integer :: n ! number of errors before the readers whose errors the next call of note_errors counts
       integer :: i
       joints_wrong = .false.
       call read_heading(deck, model)
@@ -114,7 +114,7 @@ contains
 
    !> Reads all cards of the steps.
    subroutine read_steps_part(deck, model)
-      type(checked_deck_t), intent(inout) :: deck       !! with the model part
+      type(checked_deck_t), intent(inout) :: deck       !! contains the model part
       type(model_t), intent(inout) :: model
       integer :: n
       call read_step_cards(deck, model)
@@ -168,7 +168,7 @@ contains
 
    contains
 
-      !> Marks the definitions that cards with this keyword make as possibly missing; '': those of all cards.
+      !> Marks the definitions made by cards with this keyword as possibly missing; '': the definitions of all cards.
       subroutine note(keyword)
          character(*), intent(in) :: keyword
          associate (names => deck%names)
@@ -189,9 +189,9 @@ contains
       end subroutine note
    end subroutine note_bad_cards
 
-   !> True if a keyword is one of a list, and for the keyword '', which stands for all keywords.
+   !> True if a keyword is in a list; also true for the keyword '', which stands for all keywords.
    pure logical function concerns(keyword, keywords)
-      character(*), intent(in) :: keyword, keywords ! keywords: between bars
+      character(*), intent(in) :: keyword, keywords ! keyword; list of keywords between bars
       concerns = keyword == '' .or. is_listed(keywords, keyword)
    end function concerns
 

@@ -1,4 +1,4 @@
-!> Collects the errors in a deck, each with its place, and prints them as one report.
+!> Collects the errors in a deck, each with its place in the deck, and prints them as one report.
 module diagnostics
    use text, only: to_text, plural
    use printable_text, only: printable, shortened, character_end, inside_character
@@ -8,7 +8,7 @@ module diagnostics
    private
    public :: diagnostics_t, place_t, diagnostics_report, most_shown
 
-   !> Columns of one line of the deck; line 0: the deck as a whole.
+   !> Place in the deck: columns of one line; line 0: the deck as a whole.
    type :: place_t
       integer :: line = 0
       integer :: first = 1, last = 1
@@ -30,30 +30,30 @@ module diagnostics
 
    integer, parameter :: most_shown = 20 !! largest number of errors in a report
    integer, parameter :: longest_message = 1000 !! [bytes] longest message
-   integer, parameter :: longest_line = 160     !! [bytes] longest part shown of a line of the deck
-   integer, parameter :: least_before = 60      !! [bytes] least part of that line shown before the place of the error
+   integer, parameter :: longest_line = 160     !! longest part of a line of the deck that is shown [bytes]
+   integer, parameter :: least_before = 60      !! smallest part of this line that is shown before the place of the error [bytes]
 
 contains
 
    !> Adds an error.
    pure subroutine add(self, place, message)
       class(diagnostics_t), intent(inout) :: self
-      type(place_t), intent(in) :: place  !! place marked by the caret line
-      character(*), intent(in) :: message !! one line
+      type(place_t), intent(in) :: place  !! place that is marked by carets
+      character(*), intent(in) :: message !! message, one line
       if (.not. allocated(self%item)) allocate (self%item(most_shown))
-      if (self%n == size(self%item)) self%item = [self%item, self%item] ! twice the room
+      if (self%n == size(self%item)) self%item = [self%item, self%item] ! the length of the array is doubled
       self%n = self%n + 1
       self%item(self%n) = diagnostic_t(place, shortened(message, longest_message))
    end subroutine add
 
-   !> The report: errors in the order of the deck, each with its line and carets below the place; '' without errors.
+   !> The report: the errors in the order of the deck, each with its line and carets below its place; '' if there are no errors.
    !>
-   !> At most 20 errors are shown, then "and N more"; the last line contains their number.
+   !> At most 20 errors are shown, then "and N more"; the last line contains the total number.
    pure function diagnostics_report(diagnostics, source, coloured) result(report)
       type(diagnostics_t), intent(in) :: diagnostics
-      type(deck_source_t), intent(in) :: source !! the deck that contains the errors
-      logical, intent(in), optional :: coloured !! for a terminal; default: false
-      character(:), allocatable :: report       !! lines ended by newlines
+      type(deck_source_t), intent(in) :: source !! the deck to which the errors belong
+      logical, intent(in), optional :: coloured !! true: coloured for a terminal; default: false
+      character(:), allocatable :: report       !! lines of the report, ended by newlines
       integer, allocatable :: order(:)
       integer :: i
       logical :: paint
@@ -71,7 +71,7 @@ contains
 
    contains
 
-      !> Text of one error: file:line:column: message, the line, and carets. Of a long line the part around the place is shown.
+      !> Text of one error: file:line:column: message, the line, and carets. Of a long line only the part around the place is shown.
       pure function described(item) result(string)
          type(diagnostic_t), intent(in) :: item
          character(:), allocatable :: string
@@ -113,10 +113,10 @@ contains
          string = string//repeat(' ', 8)//' | '//margin//painted(repeat('^', max(1, last - first + 1)), red, paint)//new_line('a')
       end function described
 
-      !> Positions of the first errors by line, then by column; equal places keep their order.
+      !> Indices of the first n errors, sorted by line, then by column; errors at equal places keep their order.
       pure function first_by_place(n) result(order)
-         integer, intent(in) :: n          !! how many
-         integer :: order(n)               !! positions in diagnostics%item
+         integer, intent(in) :: n          !! number of errors
+         integer :: order(n)               !! indices in diagnostics%item
          logical :: taken(diagnostics%n)
          integer :: k, i, first
          taken = .false.
@@ -134,7 +134,7 @@ contains
 
    !> Blanks with the printed width of a text; tabs are kept.
    pure function blanked(string) result(blanks)
-      character(*), intent(in) :: string        !! UTF-8
+      character(*), intent(in) :: string        !! text in UTF-8
       character(:), allocatable :: blanks
       integer :: i, n
       n = characters(string)

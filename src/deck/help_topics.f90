@@ -1,4 +1,4 @@
-!> Help on one word: a card, an option, a parameter or word of a card, or a word of other programs' decks.
+!> Help on one word: a card, an option, a parameter or word of a card, or a word of the decks of other programs.
 module help_topics
    use text, only: squeeze, nearest_word, word_index
    use errors, only: error_t, fail
@@ -15,7 +15,7 @@ contains
 
    !> Writes the reference of one card.
    subroutine write_card_help(unit, topic, error)
-      integer, intent(in) :: unit                      !! connected for formatted writing
+      integer, intent(in) :: unit                      !! unit connected for formatted writing
       character(*), intent(in) :: topic                !! keyword of the card; star, case and blanks do not matter
       type(error_t), allocatable, intent(out) :: error !! there is no such card; the message suggests a similar one
       type(card_spec_t), allocatable :: table(:)
@@ -31,7 +31,7 @@ contains
 
    !> Writes all help about a word.
    subroutine write_help(unit, topic, error)
-      integer, intent(in) :: unit                      !! connected for formatted writing
+      integer, intent(in) :: unit                      !! unit connected for formatted writing
       character(*), intent(in) :: topic                !! the word; case and blanks do not matter
       type(error_t), allocatable, intent(out) :: error !! the word is unknown; the message suggests a similar one
       type(card_spec_t), allocatable :: table(:)
@@ -47,7 +47,7 @@ contains
          call write_card(unit, table(i)%keyword)
          found = .true.
       end if
-      ! Help on parameters and fields, and on the words that are their values; `words` collects the names, for a suggestion.
+      ! Help on parameters and fields, and on the words that are their values. `words` collects these names for a suggestion.
       words = ''
       do i = 1, size(table)
          words = words//'|*'//table(i)%keyword
@@ -67,11 +67,11 @@ contains
 
    contains
 
-      !> Writes a line about each parameter or field whose name or value the topic is.
+      !> Writes a line about each parameter or field whose name or value is the topic.
       subroutine write_items(items, place, named)
          type(item_t), intent(in) :: items(:)
          character(*), intent(in) :: place ! words before the name of the item
-         logical, intent(in) :: named      ! true: the name of the item is compared, too
+         logical, intent(in) :: named      ! true: the name of the item is compared as well
          integer :: f
          do f = 1, size(items)
             associate (item => items(f))
@@ -107,14 +107,14 @@ contains
          end do
       end subroutine write_option
 
-      !> Writes the equivalents of a word of other programs, for all places where those programs use the word.
+      !> Writes the equivalents of a word of other programs, for all places in which those programs use the word.
       subroutine write_foreign()
          character(8), parameter :: places(8) = [character(8) :: 'TYPE', 'METHOD', 'SECTION', 'POINTS', 'field', 'quantity', &
             'type', 'dof']
          character(:), allocatable :: answer
          integer :: i
          call answer_with('*'//without_star(topic), foreign_answer('card', '', without_star(topic)))
-         answer = foreign_answer('parameter', '', topic) ! of any card
+         answer = foreign_answer('parameter', '', topic) ! 'P': parameter of any card
          call answer_with(topic, answer)
          if (answer == '') then
             do i = 1, size(table)
@@ -126,7 +126,7 @@ contains
          end do
       end subroutine write_foreign
 
-      !> Writes the answer for one place; '': there is none.
+      !> Writes the answer for one place; nothing if the answer is ''.
       subroutine answer_with(what, answer)
          character(*), intent(in) :: what, answer
          if (answer == '') return

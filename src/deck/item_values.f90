@@ -1,5 +1,5 @@
-!> Values of parameters and fields: conversion of the typed text, the check against kind, bound and words of the table, and the
-!> message about a wrong value. A value is converted once, here; all later readers use the number.
+!> Values of parameters and fields: conversion of the typed text, check against kind, bound and words of the table, and message
+!> about a wrong value. A value is converted once, here; all readers use the number.
 module item_values
    use kinds, only: wp, name_length
    use text, only: to_text, nearest_word, parse_integer, parse_real, word_index, separated
@@ -11,8 +11,10 @@ module item_values
    private
    public :: convert, value_error, choices, component_dof
 
-   integer, parameter :: component_dof(3) = [1, 2, 6] !! degree of freedom in the deck of the components x, y and rotation
-   real(wp), parameter :: largest_real = 1.0e100_wp !! cubes of such numbers, and sums of these, are below 1e308
+   integer, parameter :: component_dof(3) = [1, 2, 6] !! degrees of freedom, in the numbering of decks, of the components x, y and
+   !! rotation
+   real(wp), parameter :: largest_real = 1.0e100_wp !! largest number that is accepted; cubes of such numbers, and sums of cubes,
+   !! are below 1e308
 
 contains
 
@@ -20,8 +22,8 @@ contains
    pure subroutine convert(item, typed, number, right)
       type(item_t), intent(in) :: item
       character(*), intent(in) :: typed
-      real(wp), intent(out) :: number !! words: position in the item's list; component: 1 to 3; dof: 1 to 6, or minus the position
-      !! of the word; label or set: the label, 0 for a set; names, paths: 0; 0 after an error
+      real(wp), intent(out) :: number !! for a word: position in the item's list; component: 1 to 3; dof: 1 to 6, or minus the
+      !! position of the word; label or set: the label, 0 for a set; name, path: 0; 0 after an error
       logical, intent(out) :: right   !! false: the item does not accept the value
       integer :: whole
       number = 0.0_wp
@@ -143,8 +145,8 @@ contains
 
    !> "accepted: A, B, C" for words between bars, or the word that was probably meant.
    pure function choices(words, typed) result(string)
-      character(*), intent(in) :: words !! between bars
-      character(*), intent(in) :: typed !! word in the deck
+      character(*), intent(in) :: words !! words between bars
+      character(*), intent(in) :: typed !! word in the deck, as typed
       character(:), allocatable :: string
       string = nearest_word(words, typed)
       if (string /= '') then
@@ -154,7 +156,7 @@ contains
       end if
    end function choices
 
-   !> True for a letter or underscore, then letters, digits, _ - . + (at most name_length characters).
+   !> True for a letter or underscore that is followed by letters, digits, _ - . + (at most name_length characters).
    pure logical function is_name(string)
       character(*), intent(in) :: string
       character(*), parameter :: letters = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_'
@@ -162,7 +164,7 @@ contains
       if (is_name) is_name = index(letters, string(1:1)) > 0
    end function is_name
 
-   !> True if a number is within one of the bounds of card_spec.
+   !> True if a number satisfies a bound of card_spec.
    pure logical function within(bound, x)
       integer, intent(in) :: bound
       real(wp), intent(in) :: x

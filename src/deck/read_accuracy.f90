@@ -1,4 +1,4 @@
-!> Reads *ACCURACY, and checks the conditions for an omitted number of elements.
+!> Reads *ACCURACY, and checks the conditions under which the number of elements may be omitted.
 module read_accuracy
    use kinds, only: wp
    use model, only: model_t, step_t
@@ -9,18 +9,18 @@ module read_accuracy
    public :: read_accuracy_cards, check_placed
 
    real(wp), parameter :: widest = 0.01_wp       !! widest error bar of a load, over the load, if the deck requests no accuracy
-   ! Tolerances of the residual and of event locations over the requested error. The residual is to be a tenth of the error left by
-   ! the last correction, see corrector; if the tolerance turns out to be too large, the iteration is continued.
+   ! Tolerances of the residual and of event locations over the requested error. The residual should be a tenth of the error that
+   ! the last correction leaves, see corrector. If the tolerance turns out to be too large, the iteration is continued:
    real(wp), parameter :: part_of_residual = 1.0e-3_wp, part_of_place = 0.01_wp
-   real(wp), parameter :: closest = 1.0e-11_wp   !! smallest tolerance of event locations: below it the event function is rounding
+   real(wp), parameter :: closest = 1.0e-11_wp   !! smallest tolerance of event locations; below it the event function is rounding
    real(wp), parameter :: coarsest = 1.0e-5_wp   !! largest tolerance of the residual: a tenth of the limit in the balance checks
 
 contains
 
-   !> Sets the error bars and errors that the steps request. If the program makes the mesh, every step has a tolerance.
+   !> Sets the error bars and errors that the steps request. If the program makes the mesh, every step has a requested error.
    subroutine read_accuracy_cards(deck, model)
-      type(checked_deck_t), intent(inout) :: deck       !! with the monitors
-      type(model_t), intent(inout) :: model             !! with its steps
+      type(checked_deck_t), intent(inout) :: deck       !! contains the monitors
+      type(model_t), intent(inout) :: model             !! contains its steps
       integer :: s, k
       logical :: makes_mesh
       makes_mesh = any(model%mesh%placed)
@@ -37,9 +37,9 @@ contains
       if (makes_mesh) call balance_iteration(deck, model)
    end subroutine read_accuracy_cards
 
-   !> Adjusts the tolerances of the iteration: for a requested error of 1e-3 no residual of 1e-9 is needed. The errors left by
-   !> Newton's method and by the location of events become a small part of the requested error. Tolerances given by the deck are
-   !> kept.
+   !> Adjusts the tolerances of the iteration to the requested error: an error of 1e-3 does not need a residual of 1e-9. The errors
+   !> left by Newton's method and by the location of events become a small part of the requested error. Tolerances that the deck
+   !> gives are kept.
    subroutine balance_iteration(deck, model)
       type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(inout) :: model
@@ -57,7 +57,7 @@ contains
       end do
    end subroutine balance_iteration
 
-   !> Reads one card.
+   !> Reads one *ACCURACY card.
    subroutine read_card(deck, makes_mesh, step)
       type(checked_deck_t), intent(inout) :: deck
       logical, intent(in) :: makes_mesh
@@ -83,11 +83,11 @@ contains
       end do
    end subroutine read_card
 
-   !> Checks omitted numbers of elements: an error estimate by elements of the next order must exist, and the nodes must be free to
-   !> move along the rod.
+   !> Checks omitted numbers of elements: an error estimate by elements of the next order must exist, and it must be permitted to
+   !> move the nodes along the rod.
    subroutine check_placed(deck, model)
-      type(checked_deck_t), intent(inout) :: deck       !! with the lines that omit numbers of elements
-      type(model_t), intent(in) :: model                !! read completely, without errors
+      type(checked_deck_t), intent(inout) :: deck       !! contains the lines that omit numbers of elements
+      type(model_t), intent(in) :: model                !! model of a completely read deck without errors
       type(layout_t) :: layout
       logical :: reported(size(deck%names%placed_line))
       character(:), allocatable :: why
@@ -113,8 +113,8 @@ contains
    !> Reason why the mesh of a rod segment cannot be made for a tolerance; '' if it can.
    function why_not(model, e, free) result(why)
       type(model_t), intent(in) :: model
-      integer, intent(in) :: e                ! first element of the segment
-      logical, intent(in) :: free             ! true: its nodes may move along the rod
+      integer, intent(in) :: e                ! index of the segment's first element
+      logical, intent(in) :: free             ! true: the nodes of the segment may move along the rod
       character(:), allocatable :: why
       logical :: member(model%mesh%n_nodes)
       integer :: c

@@ -9,10 +9,10 @@ module read_branches
    private
    public :: read_branch_cards
 
-   !> Branches of a step by the names of their cards.
+   !> Branches of a step and the names of their cards.
    type :: branch_names_t
       integer :: step = 0
-      integer :: n = 0                     !! cards so far, with those that have errors
+      integer :: n = 0                     !! number of cards so far, including those with errors
       type(definitions_t) :: list
       integer, allocatable :: branch(:)    !! (names) index of the name's first branch in step%branch
       logical, allocatable :: two_sides(:) !! (names) true: the name has branches on two sides
@@ -22,8 +22,8 @@ contains
 
    !> Reads the branches of all steps; a card without SIDE defines two branches.
    subroutine read_branch_cards(deck, model)
-      type(checked_deck_t), intent(inout) :: deck       !! with the monitors
-      type(model_t), intent(inout) :: model             !! with steps and their stops; receives step%branch
+      type(checked_deck_t), intent(inout) :: deck       !! contains the monitors
+      type(model_t), intent(inout) :: model             !! in: steps with their stops; out: also step%branch
       type(branch_names_t) :: known
       do while (deck%next_card('BRANCH', also_bad=.true.))
          if (deck%at%step == 0) cycle
@@ -50,7 +50,7 @@ contains
       if (deck%given('NAME')) branch%name = deck%text('NAME')
       branch%bifurcation = deck%integer('BIFURCATION')
       branch%mode = deck%integer('MODE')
-      if (deck%given('OF')) call find_parent() ! before the name of this card is added
+      if (deck%given('OF')) call find_parent() ! this must be done before the name of the present card is added
       branch%increment = deck%real('INCREMENT')
       if (deck%given('INCREMENT')) call check_increment()
       branch%max_points = step%max_points
@@ -76,7 +76,7 @@ contains
 
    contains
 
-      !> The branch named by OF: a preceding one with a single side.
+      !> Finds the branch that parameter OF names: a preceding branch with a single side.
       subroutine find_parent()
          integer :: position
          position = known%list%find(deck%text('OF'))
@@ -89,7 +89,7 @@ contains
          end if
       end subroutine find_parent
 
-      !> If the step limits arc lengths, the first increment of a branch must be within these limits.
+      !> If the step limits arc lengths, the first increment of a branch must be within the limits.
       subroutine check_increment()
          if (step%method == method_load .or. step%method == method_displacement) return
          if (branch%increment >= step%smallest .and. branch%increment <= step%largest) return

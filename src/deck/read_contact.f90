@@ -1,4 +1,4 @@
-!> Reads *CONTACT, candidates for contact with an obstacle, and *AXIAL SOIL, whose candidates are the nodes of a rod.
+!> Reads *CONTACT, the candidates for contact with an obstacle, and *AXIAL SOIL, whose candidates are the nodes of a rod.
 module read_contact
    use kinds, only: wp, parallel
    use text, only: rounded
@@ -19,10 +19,11 @@ contains
 
    !> Reads the candidates for contact with each obstacle.
    subroutine read_contact_cards(deck, model)
-      type(checked_deck_t), intent(inout) :: deck       !! with mesh and obstacles
-      type(model_t), intent(inout) :: model             !! receives contact
+      type(checked_deck_t), intent(inout) :: deck       !! contains mesh and obstacles
+      type(model_t), intent(inout) :: model             !! out: with contact added
       type(contact_t) :: contact
-      integer :: touched(size(model%obstacle), model%mesh%n_nodes) ! (obstacles, nodes) line of the *CONTACT; 0: none
+      integer :: touched(size(model%obstacle), model%mesh%n_nodes) ! (obstacles, nodes) line of the deck with the *CONTACT that
+      ! names the node; 0: none
       touched = 0
       do while (deck%next_card('CONTACT'))
          contact = contact_t()
@@ -35,10 +36,12 @@ contains
       end do
    end subroutine read_contact_cards
 
-   !> Reads the soil along rods: each card becomes a two-sided foundation by a law, whose normal is the axis, and its candidates.
+   !> Reads the soil along rods. Each card becomes a two-sided foundation with a force law, whose normal is the axis of the rod, and
+   !> its candidates.
    subroutine read_soil_cards(deck, model)
-      type(checked_deck_t), intent(inout) :: deck       !! with mesh, laws, and the names of all obstacles; receives more of them
-      type(model_t), intent(inout) :: model             !! with obstacles and contacts; receives obstacle, contact, law
+      type(checked_deck_t), intent(inout) :: deck !! in: contains mesh, laws, and the names of all obstacles; out: with further
+      !! obstacle names
+      type(model_t), intent(inout) :: model !! in: contains obstacles and contacts; out: with further obstacles, contacts and laws
       type(obstacle_t) :: soil
       type(contact_t) :: contact
       integer :: touched(model%mesh%n_nodes)
@@ -81,7 +84,7 @@ contains
          end if
       end subroutine read_force
 
-      !> Reads the rod: its nodes are the candidates, its direction is the normal.
+      !> Reads the rod: its nodes are the candidates, and its direction is the normal of the foundation.
       subroutine read_rod()
          integer, allocatable :: element(:)
          real(wp) :: d(2), along(2)
@@ -107,12 +110,12 @@ contains
       end subroutine read_rod
    end subroutine read_soil_cards
 
-   !> Checks a contact, and determines whether the obstacle may push along the rod.
+   !> Checks a contact, and determines whether the obstacle may act anywhere along the rod.
    subroutine check_contact(deck, model, obstacle, contact, touched)
       type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(in) :: model
-      type(obstacle_t), intent(in) :: obstacle          ! of the contact
-      type(contact_t), intent(inout) :: contact         ! receives along, distributed, needs
+      type(obstacle_t), intent(in) :: obstacle          ! obstacle of the contact
+      type(contact_t), intent(inout) :: contact         ! out: components along, distributed and needs are set
       integer, intent(inout) :: touched(:)
       character(:), allocatable :: set
       logical :: soil
@@ -146,11 +149,12 @@ contains
          end do
          call check_size()
          if (obstacle%bilateral .or. deck%names%pushed_out%find(obstacle%name) > 0) return
-         ! With errors in obstacles or imperfections the positions of the obstacle or of the nodes may be wrong: no further message.
+         ! If obstacles or imperfections have errors, the positions of the obstacle or of the nodes may be wrong: no further
+         ! message.
          if (.not. (deck%names%obstacle%incomplete .or. deck%names%imperfections_incomplete)) call check_start()
       end subroutine check_candidates
 
-      !> The structure is stress-free at the start with its imperfections, so no node may begin behind an obstacle.
+      !> At the start the structure is stress-free, imperfections included: no node may begin behind an obstacle.
       subroutine check_start()
          character(:), allocatable :: overlap, hint
          real(wp) :: gap, normal(2), bend
@@ -159,8 +163,7 @@ contains
          if (overlap == '') return
          call obstacle_gap(obstacle, model%mesh%x_nominal(:, node), gap, normal, bend)
          if (gap + contact%gap < -deepest_start(model)) then
-            ! The node penetrates without the imperfections already: the deck describes the side or the position of the obstacle
-            ! wrongly.
+            ! The node penetrates even without the imperfections: the side or the position of the obstacle is wrong in the deck.
             hint = 'the order of its points'
             if (obstacle%kind == obstacle_circle) hint = 'its SIDE'
             if (obstacle%kind == obstacle_arc) hint = 'which of its angles comes first'
@@ -173,7 +176,7 @@ contains
 
       !> Contact is detected at nodes and along elements: the convex parts of an obstacle must not be smaller than the elements.
       subroutine check_size()
-         real(wp), parameter :: most_turn = 1.0_wp !! [rad] largest turn of an obstacle within the length of an element
+         real(wp), parameter :: most_turn = 1.0_wp !! largest turn of an obstacle within the length of an element [rad]
          character(:), allocatable :: advice
          real(wp) :: length(model%mesh%n_elements)
          integer :: e
@@ -190,7 +193,7 @@ contains
             if (sharpest_turn(obstacle%curve, length(e)) <= most_turn) return
          end if
          advice = 'use more elements'
-         ! The deck omits the number of elements: the program makes the mesh, and these elements serve for the output only.
+         ! The deck omits the number of elements: the program makes the mesh, and these elements only serve the output.
          if (model%mesh%placed(e)) advice = 'give a number of elements, so many that none is as long'
          if (obstacle%kind == obstacle_circle) then
             call deck%wrong(set, element_words(model%mesh, e)//' is longer than the radius of the obstacle, which could '// &
@@ -201,7 +204,8 @@ contains
          end if
       end subroutine check_size
 
-      !> All elements of a contact must have the same direction along the rod: arc lengths and regions count along them.
+      !> All elements of a contact must have the same direction along the rod, because arc lengths and regions are measured along
+      !> them.
       subroutine check_directions()
          integer :: leaving(model%mesh%n_nodes), entering(model%mesh%n_nodes), node
          call count_elements(leaving, entering)
@@ -213,7 +217,7 @@ contains
          end do
       end subroutine check_directions
 
-      !> Determines whether the obstacle may push along the rod; an error is added if POINTS=ALONG is impossible.
+      !> Determines whether the obstacle may act anywhere along the rod; an error is added if POINTS=ALONG is impossible.
       subroutine read_points()
          character(:), allocatable :: reason
          reason = ''
@@ -230,7 +234,8 @@ contains
          if (reason /= '' .and. deck%word('POINTS') == 'ALONG') call deck%wrong('POINTS', 'ALONG needs '//reason)
       end subroutine read_points
 
-      !> If contact may be anywhere along the rod, obstacles must not penetrate the stress-free structure between the nodes either.
+      !> If contact is possible anywhere along the rod, obstacles must not penetrate the stress-free structure between the nodes
+      !> either.
       subroutine check_between()
          character(:), allocatable :: overlap
          if (obstacle%bilateral .or. deck%names%pushed_out%find(obstacle%name) > 0) return
@@ -247,7 +252,7 @@ contains
          within = candidate(model%mesh%node(1, :)) .and. candidate(model%mesh%node(2, :))
       end function within_contact
 
-      !> Numbers of elements of a contact that begin and end at each node.
+      !> For each node, numbers of elements of the contact that begin and that end there.
       pure subroutine count_elements(leaving, entering)
          integer, intent(out) :: leaving(:), entering(:)
          logical :: within(model%mesh%n_elements)
@@ -262,13 +267,12 @@ contains
          end do
       end subroutine count_elements
 
-      !> True for a contact with a foundation that the deck requires to act at nodes: coupled ground, or no element with both nodes
-      !> in the contact.
+      !> True for a contact with a foundation that must act at nodes: coupled ground, or no element with both nodes in the contact.
       logical function acts_at_nodes() result(at_nodes)
          at_nodes = obstacle%ground /= ground_independent .or. .not. any(within_contact())
       end function acts_at_nodes
 
-      !> Condition for reactions inside elements that a contact with a foundation does not meet; '' if its nodes are those of
+      !> Condition for reactions inside elements that a contact with a foundation does not satisfy; '' if its nodes are those of
       !> unbranched chains of GE elements.
       function distribution_needs() result(reason)
          character(:), allocatable :: reason
@@ -297,7 +301,7 @@ contains
       end function distribution_needs
    end subroutine check_contact
 
-   !> The given nodes, and the nodes of element ends released at them if the rod beyond belongs to the nodes, too.
+   !> The given nodes. If the rod behind a release belongs to them, too, also the nodes of the released element ends.
    pure function with_released(model, nodes) result(more)
       type(model_t), intent(in) :: model
       integer, intent(in) :: nodes(:)
@@ -316,10 +320,10 @@ contains
       end do
    end function with_released
 
-   !> Chooses the contacts that act along the rods; an error is added if POINTS=ALONG is impossible.
+   !> Chooses the contacts that act anywhere along the rods; an error is added if POINTS=ALONG is impossible.
    subroutine choose_contact_points(deck, model)
       type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(inout) :: model             !! read completely, without errors
+      type(model_t), intent(inout) :: model             !! model of a completely read deck without errors
       character(:), allocatable :: needs
       integer :: contact
       call choose_spans(model)

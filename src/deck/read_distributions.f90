@@ -1,4 +1,4 @@
-!> Reads *DISTRIBUTION: values that vary along chains of rods; and the fields of other cards that name one.
+!> Reads *DISTRIBUTION, values that vary along chains of rods, and fields of other cards that name a distribution.
 module read_distributions
    use kinds, only: wp
    use text, only: to_text
@@ -12,15 +12,15 @@ module read_distributions
    private
    public :: read_distribution_cards, read_distributed, value_inside, same_length
 
-   real(wp), parameter :: same_length = 1.0e-9_wp !! smaller parts of a length are rounding of typed numbers
-   integer, parameter :: looks = 8                !! places of an element at which a formula is tried
+   real(wp), parameter :: same_length = 1.0e-9_wp !! parts of a length below this are rounding of the numbers in a deck
+   integer, parameter :: looks = 8                !! number of places of an element at which a formula is evaluated for its check
 
 contains
 
    !> Reads the distributions.
    subroutine read_distribution_cards(deck, model)
-      type(checked_deck_t), intent(inout) :: deck       !! with the mesh; receives the names
-      type(model_t), intent(inout) :: model             !! with imperfections; receives distribution
+      type(checked_deck_t), intent(inout) :: deck       !! in: contains the mesh; out: also the names
+      type(model_t), intent(inout) :: model             !! in: contains imperfections; out: also distribution
       type(distribution_t) :: new
       real(wp) :: length
       logical :: ok
@@ -45,9 +45,9 @@ contains
 
    contains
 
-      !> Sets the places of a chain of elements; an error is added if they form none.
+      !> Sets the positions of a chain of elements; an error is added if the elements do not form a chain.
       subroutine lay_chain(length, ok)
-         real(wp), intent(out) :: length                   ! of the chain
+         real(wp), intent(out) :: length                   ! length of the chain
          logical, intent(out) :: ok
          integer, allocatable :: element(:)
          character(:), allocatable :: problem
@@ -83,7 +83,7 @@ contains
          if (problem /= '') call deck%wrong('ELSET', problem)
       end subroutine lay_chain
 
-      !> Checks the last line of a table: it must not fall back, and a corner needs a node.
+      !> Checks the last line of a table: the arc length must not decrease, and there must be a node at a corner.
       subroutine check_line()
          integer :: c, e, n
          logical :: on_node
@@ -112,7 +112,8 @@ contains
             'where a generated curve (*LINE, *ARC ...) itself has this ELSET')
       end subroutine check_line
 
-      !> Looks at the values all along the chain: the end of a table, places where a formula has no value, least and mean value.
+      !> Checks the values along the chain: the end of a table, places where a formula has no value; determines smallest and mean
+      !> value.
       subroutine check_values()
          character(:), allocatable :: wrong
          real(wp) :: x(2), angle, speed, value, s
@@ -143,11 +144,11 @@ contains
       end subroutine check_values
    end subroutine read_distribution_cards
 
-   !> The value of a field: a number or a distribution, which must be defined on given elements.
+   !> The value of a field: a number or a distribution, which must be defined on the given elements.
    subroutine read_distributed(deck, model, name, elements, value, positive)
       type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(in) :: model                !! with distributions
-      character(*), intent(in) :: name                  !! of the field in the card table
+      type(model_t), intent(in) :: model                !! contains distributions
+      character(*), intent(in) :: name                  !! name of the field in the card table
       integer, intent(in) :: elements(:)
       type(distributed_t), intent(out) :: value
       logical, intent(in), optional :: positive         !! true: the value must be positive everywhere
@@ -170,12 +171,12 @@ contains
       end associate
    end subroutine read_distributed
 
-   !> A number or varying value at a place of an element.
+   !> A number or a varying value at a place of an element.
    function value_inside(model, value, e, tau) result(inside)
       type(model_t), intent(in) :: model
       type(distributed_t), intent(in) :: value
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau                       !! 0 to 1 of the element
+      real(wp), intent(in) :: tau                       !! places in the element, 0 to 1 of its stress-free length
       real(wp) :: inside
       character(:), allocatable :: wrong
       real(wp) :: x(2), angle, speed, s

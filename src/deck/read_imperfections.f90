@@ -1,5 +1,5 @@
-!> Reads *IMPERFECTION: in the model part shapes on chains of curves, and the resulting positions of the nodes; in a step
-!> (SHAPE=MODE) buckling modes as the stress-free offset at its start.
+!> Reads *IMPERFECTION. In the model part it defines shapes on chains of curves, which determine the positions of the nodes; in a
+!> step (SHAPE=MODE) it defines buckling modes as the stress-free offset at the start of the step.
 module read_imperfections
    use kinds, only: wp, degree, pi
    use text, only: to_text, plural
@@ -12,22 +12,23 @@ module read_imperfections
    private
    public :: read_imperfection_cards, read_mode_imperfection_cards
 
-   real(wp), parameter :: largest_corner = 1.0e-4_wp !! [rad] smaller angles between curves are rounding of typed coordinates
+   real(wp), parameter :: largest_corner = 1.0e-4_wp !! angles between curves below this are rounding of the coordinates in a deck
+   !! [rad]
 
-   !> Connected elements on whole curves.
+   !> A chain: connected elements that cover whole curves.
    type :: chain_t
-      integer, allocatable :: element(:)  !! in order
-      integer, allocatable :: node(:)     !! in order, one more than elements; closed: the last node is the first
-      real(wp), allocatable :: knot(:)    !! chain coordinate of the nodes
-      logical :: closed = .false.         !! true: the chain ends at its beginning
+      integer, allocatable :: element(:)  !! elements in their order
+      integer, allocatable :: node(:)     !! nodes in their order, one more than elements; if closed, the last node is the first
+      real(wp), allocatable :: knot(:)    !! chain coordinates of the nodes
+      logical :: closed = .false.         !! true: the chain ends where it begins
    end type chain_t
 
 contains
 
    !> Reads all imperfections except buckling modes; assigns them to the curves and moves mesh%x.
    subroutine read_imperfection_cards(deck, model)
-      type(checked_deck_t), intent(inout) :: deck       !! with the mesh
-      type(model_t), intent(inout) :: model             !! receives imperfection, curve%imperfection, mesh%x
+      type(checked_deck_t), intent(inout) :: deck       !! contains the mesh
+      type(model_t), intent(inout) :: model             !! out: model%imperfection, curve%imperfection and mesh%x are set
       type(position_t), allocatable :: origin(:)          ! (imperfections) card of the imperfection
       type(chain_t) :: chain
       type(imperfection_t) :: shape
@@ -48,7 +49,7 @@ contains
 
    contains
 
-      !> Reports each imperfection that moves a node which another curve does not move with it.
+      !> Reports each imperfection that moves a node to another place than a second curve at this node.
       subroutine report_parted(node)
          integer, intent(in) :: node(:)
          logical :: reported(size(origin))
@@ -70,7 +71,7 @@ contains
       end subroutine report_parted
    end subroutine read_imperfection_cards
 
-   !> Reads the data lines, which are all sound.
+   !> Reads the data lines; none of them has errors.
    subroutine read_shape(deck, mesh, chain, shape, ok)
       type(checked_deck_t), intent(inout) :: deck
       type(mesh_t), intent(in) :: mesh
@@ -106,12 +107,12 @@ contains
 
    contains
 
-      !> Checks the half waves of a line: the mesh must resolve them, and those of a closed chain must fit.
+      !> Checks the half waves on a line: the mesh must resolve them, and on a closed chain their number must be even.
       subroutine check_half_waves()
          integer, parameter :: most_of_any_mesh = 1000
          integer :: most
          ! The mesh resolves one half wave for each Gauss point of its elements, or for each straight element. If numbers of
-         ! elements are omitted, the program may make finer meshes, and a constant is the limit.
+         ! elements are omitted, the program may make finer meshes, and the limit is a constant.
          most = sum(max(1, mesh%stages(chain%element)))
          if (any(deck%names%placed_line(mesh%curve(chain%element)) > 0)) most = max(most, most_of_any_mesh)
          if (deck%real('half waves') > most) then
@@ -125,7 +126,7 @@ contains
          ok = .false.
       end subroutine check_half_waves
 
-      !> Reads SHAPE=NODAL: node or set, offset.
+      !> Reads data lines of SHAPE=NODAL: node or set, offset.
       subroutine read_nodal_offsets()
          character(:), allocatable :: problem
          integer, allocatable :: nodes(:)
@@ -159,10 +160,10 @@ contains
       end subroutine read_nodal_offsets
    end subroutine read_shape
 
-   !> Reads the modes of all steps, and reports each *IMPERFECTION in the wrong part of the deck.
+   !> Reads the modes of all steps, and reports each *IMPERFECTION that is in the wrong part of the deck.
    subroutine read_mode_imperfection_cards(deck, model)
-      type(checked_deck_t), intent(inout) :: deck       !! with mesh and steps
-      type(model_t), intent(inout) :: model             !! with all other imperfections; receives step%mode_offset
+      type(checked_deck_t), intent(inout) :: deck       !! contains the mesh and the names of the steps
+      type(model_t), intent(inout) :: model             !! in: contains all other imperfections; out: also step%mode_offset
       type(chain_t) :: chain
       integer :: s, from_step
       logical :: of_mode, ok
@@ -173,7 +174,7 @@ contains
          if (s > 0 .and. .not. of_mode) call deck%wrong('SHAPE', &
             'only SHAPE=MODE may stand in a step; all other shapes belong above the first *STEP')
          if (s == 0 .or. .not. of_mode) cycle
-         if (model%step(s)%n_modes > 0) cycle ! reported elsewhere
+         if (model%step(s)%n_modes > 0) cycle ! another procedure reports this error
          call find_buckling_step(from_step)
          call follow_chain(deck, model, deck%elements('ELSET'), chain, ok)
          if (ok .and. from_step > 0) call read_modes(model%step(from_step)%n_modes, model%step(s)%mode_offset)
@@ -181,9 +182,9 @@ contains
 
    contains
 
-      !> The step named by STEP: an earlier one with *BUCKLE.
+      !> Finds the step that parameter STEP names: an earlier one with *BUCKLE.
       subroutine find_buckling_step(step)
-         integer, intent(out) :: step      ! 0: none
+         integer, intent(out) :: step      ! number of the step; 0: none
          step = deck%named('STEP', deck%names%step, 'step')
          if (step == 0) return
          if (step >= deck%at%step) then
@@ -196,9 +197,9 @@ contains
          step = 0
       end subroutine find_buckling_step
 
-      !> Reads the data lines: mode, amplitude.
+      !> Reads data lines: mode, amplitude.
       subroutine read_modes(n_modes, mode_offset)
-         integer, intent(in) :: n_modes    ! number of modes of that step; 0: unknown because of an error
+         integer, intent(in) :: n_modes    ! number of modes of the buckling step; 0: unknown because of an error
          type(mode_offset_t), allocatable, intent(inout) :: mode_offset(:)
          integer :: mode
          do while (deck%next_line())
@@ -212,11 +213,11 @@ contains
 
    !> Checks that the elements form one smooth chain of whole curves.
    subroutine follow_chain(deck, model, element, chain, ok)
-      type(checked_deck_t), intent(inout) :: deck       !! at the *IMPERFECTION; receives the first error, at ELSET
-      type(model_t), intent(in) :: model                !! with the mesh, and the imperfections of its curves so far
-      integer, intent(in) :: element(:)                 !! in the order of their set
+      type(checked_deck_t), intent(inout) :: deck       !! position at the *IMPERFECTION; out: with the first error, at ELSET
+      type(model_t), intent(in) :: model                !! model with the mesh, and with the imperfections of its curves so far
+      integer, intent(in) :: element(:)                 !! elements in the order of their set
       type(chain_t), intent(out) :: chain
-      logical, intent(out) :: ok                        !! false: no such chain, or it has an imperfection already
+      logical, intent(out) :: ok !! false: the elements do not form such a chain, or the chain already has an imperfection
       character(:), allocatable :: problem
       integer :: i, n
       n = size(element)
@@ -245,9 +246,9 @@ contains
 
    contains
 
-      !> Reason why an element of a set cannot continue the chain of those before it; '' if it can.
+      !> Reason why an element of a set cannot continue the chain of the preceding elements; '' if it can.
       function link_problem(i) result(problem)
-         integer, intent(in) :: i          ! position in the set
+         integer, intent(in) :: i          ! position of the element in the set
          character(:), allocatable :: problem
          logical :: begins
          problem = ''
@@ -287,7 +288,7 @@ contains
 
       !> Angle between the end of one nominal curve and the beginning of the next one.
       pure real(wp) function corner(last, first)
-         integer, intent(in) :: last, first ! last element of one curve, first of the next
+         integer, intent(in) :: last, first ! last element of a curve; first element of the next curve
          real(wp) :: turn
          associate (one => model%curve(model%mesh%curve(last)), next => model%curve(model%mesh%curve(first)))
             turn = next%angle - (one%angle + one%curvature * one%length)

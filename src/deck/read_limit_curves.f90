@@ -16,8 +16,8 @@ contains
 
    !> Reads the limit curves of all steps.
    subroutine read_limit_curve_cards(deck, model)
-      type(checked_deck_t), intent(inout) :: deck       !! complete
-      type(model_t), intent(inout) :: model             !! complete; receives step%limit_curve
+      type(checked_deck_t), intent(inout) :: deck       !! contains all other definitions
+      type(model_t), intent(inout) :: model             !! in: complete; out: also step%limit_curve
       type(limit_curve_t) :: curve
       type(definitions_t) :: known
       integer :: n, s
@@ -28,7 +28,7 @@ contains
          n = n + 1
          s = deck%at%step
          if (s == 0 .or. .not. deck%at%sound) cycle
-         if (model%step(s)%n_modes > 0) cycle ! reported elsewhere
+         if (model%step(s)%n_modes > 0) cycle ! another procedure reports this error
          if (model%step(s)%method == method_load) call deck%wrong_card(&
             'the step has METHOD=LOAD, which ends where it meets a limit point')
          curve = limit_curve_t(name='Curve-'//to_text(n))
@@ -46,12 +46,13 @@ contains
       end do
    end subroutine read_limit_curve_cards
 
-   !> Reads the obstacle or element set to which the varied parameter belongs, and finds the parameter's present value in the model.
+   !> Reads the obstacle or element set to which the varied parameter belongs, and finds the present value of the parameter in the
+   !> model.
    subroutine find_start(deck, model, curve, start, ok)
       type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(in) :: model
       type(limit_curve_t), intent(inout) :: curve
-      real(wp), intent(out) :: start ! 1 for factors
+      real(wp), intent(out) :: start ! present value of the parameter; 1 for factors
       logical, intent(out) :: ok     ! false: the value is unknown because of an error
       logical :: touched
       start = 1.0_wp
@@ -125,10 +126,11 @@ contains
          end if
       end subroutine find_stiffness
 
-      !> Parameter IMPERFECTION: the set must be a whole chain with an imperfection, from the model part or as a mode in this step.
+      !> For parameter IMPERFECTION: the set must be a whole chain with an imperfection, from the model part or from a mode in this
+      !> step.
       subroutine check_imperfection(element)
-         integer, intent(in) :: element(:) ! not empty
-         integer :: owner(model%mesh%n_elements) ! (elements) imperfection of the element
+         integer, intent(in) :: element(:) ! elements of the set, at least one
+         integer :: owner(model%mesh%n_elements) ! (elements) index of the element's imperfection
          integer :: e, i
          ok = deck%names%mesh_incomplete .or. deck%names%imperfections_incomplete
          if (ok) return
@@ -146,9 +148,9 @@ contains
          if (.not. ok) call deck%wrong('ELSET', 'these are not the elements of an *IMPERFECTION')
       end subroutine check_imperfection
 
-      !> Parameter CONSTANT LOAD: a previous step must have left a load.
+      !> For parameter CONSTANT LOAD: a previous step must have left a load.
       subroutine check_constant_load(s)
-         integer, intent(in) :: s ! the step
+         integer, intent(in) :: s ! number of the step
          if (.not. any(model%step(:s - 1)%n_modes == 0)) then
             call deck%wrong('PARAMETER', 'no step with *STATIC stands before this one, so there is no constant load')
          else if (size(model%step(s)%mode_offset) > 0) then
@@ -160,7 +162,7 @@ contains
       end subroutine check_constant_load
    end subroutine find_start
 
-   !> Reads the data line: first, last, largest, values for additional points.
+   !> Reads the data line: first increment, last value, largest increment, values for additional points.
    subroutine read_increments(deck, start, start_known, curve)
       type(checked_deck_t), intent(inout) :: deck
       real(wp), intent(in) :: start

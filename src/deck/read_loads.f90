@@ -18,14 +18,14 @@ module read_loads
    private
    public :: note_pushed_out, read_load_cards, load_cards
 
-   !> Keywords of all cards that are loads only; a new load card is added here. (*BOUNDARY in a step is a load, too.)
+   !> Keywords of all cards that define loads only; a new load card must be added here. (In a step *BOUNDARY is a load, too.)
    character(*), parameter :: load_cards = 'CLOAD|POLE LOAD|DLOAD|LIQUID|TEMPERATURE|OBSTACLE MOTION|CONTACT INTERFERENCE'
 
 contains
 
-   !> Notes the obstacles whose initial penetration some step pushes out: nodes may begin behind them.
+   !> Stores the obstacles that push the structure out in some step, so that nodes may begin behind them.
    subroutine note_pushed_out(deck)
-      type(checked_deck_t), intent(inout) :: deck       !! receives names%pushed_out
+      type(checked_deck_t), intent(inout) :: deck       !! out: names%pushed_out is set
       integer :: i
       logical :: is_new
       do while (deck%next_card('CONTACT INTERFERENCE'))
@@ -38,12 +38,13 @@ contains
 
    !> Reads the loads of all steps.
    subroutine read_load_cards(deck, model)
-      type(checked_deck_t), intent(inout) :: deck       !! with the mesh and obstacles
-      type(model_t), intent(inout) :: model             !! with sections, supports and contacts; receives step%load
+      type(checked_deck_t), intent(inout) :: deck       !! contains the mesh and obstacles
+      type(model_t), intent(inout) :: model             !! in: contains sections, supports and contacts; out: also step%load
       integer :: s
-      integer :: prescribed_in(3, model%mesh%n_nodes)   ! (3, nodes) line of the deck, for the step being read
-      integer :: shrunk_in(size(model%obstacle))        ! (obstacles) line of the deck, for the steps since the last stress-free
-      ! start
+      integer :: prescribed_in(3, model%mesh%n_nodes) ! (3, nodes) line of the deck that prescribes the displacement in the present
+      ! step; 0: none
+      integer :: shrunk_in(size(model%obstacle)) ! (obstacles) line of the deck with the obstacle's SHRINK in the steps since the
+      ! last stress-free start; 0: none
       do s = 1, size(model%step)
          model%step(s)%load = new_load(model%mesh%n_nodes, model%mesh%n_elements, size(model%obstacle))
       end do
@@ -55,7 +56,7 @@ contains
          do while (s < deck%at%step)
             s = s + 1
             prescribed_in = 0
-            ! A step with modes as imperfections starts from the stress-free structure.
+            ! A step that has modes as imperfections starts from the stress-free structure.
             if (deck%last_card('IMPERFECTION', s) > 0) shrunk_in = 0
          end do
          do while (deck%next_line())
@@ -91,7 +92,7 @@ contains
 
    contains
 
-      !> Reads *CLOAD: node or set, dof, magnitude.
+      !> Reads a data line of *CLOAD: node or set, dof, magnitude.
       subroutine read_node_load()
          integer, allocatable :: nodes(:)
          integer :: dof
@@ -101,7 +102,7 @@ contains
          load%node_force(dof, nodes) = load%node_force(dof, nodes) + deck%real('magnitude')
       end subroutine read_node_load
 
-      !> Reads *POLE LOAD: node or set, magnitude, x, y.
+      !> Reads a data line of *POLE LOAD: node or set, magnitude, x, y.
       subroutine read_pole_load()
          integer, allocatable :: nodes(:)
          real(wp) :: pole(2)
@@ -118,7 +119,7 @@ contains
          end do
       end subroutine read_pole_load
 
-      !> Reads *DLOAD: element or set, type, magnitude, direction.
+      !> Reads a data line of *DLOAD: element or set, type, magnitude, direction.
       subroutine read_element_load()
          integer, allocatable :: elements(:)
          type(distributed_t) :: magnitude
@@ -157,7 +158,7 @@ contains
          end select
       end subroutine read_element_load
 
-      !> Adds a dead load in a direction that is the same everywhere.
+      !> Adds a dead load whose direction is the same everywhere.
       subroutine add_dead_load(elements, magnitude, direction)
          integer, intent(in) :: elements(:)
          type(distributed_t), intent(in) :: magnitude
@@ -172,7 +173,7 @@ contains
          end do
       end subroutine add_dead_load
 
-      !> Adds a dead load that varies.
+      !> Adds a dead load that varies along the rods.
       subroutine add_line(elements, line)
          integer, intent(in) :: elements(:)
          type(line_load_t), intent(in) :: line
@@ -189,7 +190,7 @@ contains
          load%line_load = [load%line_load, new]
       end subroutine add_line
 
-      !> Reads *LIQUID: element or set, weight, level.
+      !> Reads a data line of *LIQUID: element or set, weight, level.
       subroutine read_liquid()
          integer, allocatable :: elements(:)
          integer :: i
@@ -205,7 +206,7 @@ contains
          integer, intent(in) :: elements(:)
          type(distributed_t), intent(in) :: gravity
          real(wp), intent(in) :: direction(2)
-         integer, allocatable :: varying(:) ! elements whose mass is not the same everywhere
+         integer, allocatable :: varying(:) ! elements whose mass varies along the rod
          integer :: i
          varying = [integer ::]
          if (gravity%distribution > 0) then
@@ -214,7 +215,7 @@ contains
          end if
          do i = 1, size(elements)
             associate (e => elements(i))
-               if (model%mesh%section(e) == 0) cycle ! reported elsewhere
+               if (model%mesh%section(e) == 0) cycle ! another procedure reports this error
                associate (mass => model%section(model%mesh%section(e))%mass)
                   if (mass <= 0.0_wp .and. .not. deck%names%sections_incomplete) then
                      call deck%wrong('element or set', element_words(model%mesh, e)//' has no mass; it comes from *DENSITY, '// &
@@ -232,14 +233,14 @@ contains
          if (size(varying) > 0) call add_line(varying, line_load_t(distributed_t(gravity%value), direction, weight=.true.))
       end subroutine add_weight
 
-      !> Reads *TEMPERATURE: element or set, change, gradient.
+      !> Reads a data line of *TEMPERATURE: element or set, change, gradient.
       subroutine read_temperature()
          integer, allocatable :: elements(:)
          integer :: i
          elements = deck%elements('element or set')
          do i = 1, size(elements)
             associate (e => elements(i))
-               if (model%mesh%section(e) == 0) cycle ! reported elsewhere
+               if (model%mesh%section(e) == 0) cycle ! another procedure reports this error
                associate (alpha => model%section(model%mesh%section(e))%expansion)
                   if (.not. (abs(alpha) > 0.0_wp .or. deck%names%sections_incomplete)) then
                      call deck%wrong('element or set', element_words(model%mesh, e)//' does not expand; alpha comes from '// &
@@ -254,7 +255,7 @@ contains
          end do
       end subroutine read_temperature
 
-      !> Reads *BOUNDARY in a step: node or set, dof, last dof, value.
+      !> Reads a data line of *BOUNDARY in a step: node or set, dof, last dof, value.
       subroutine read_displacement()
          integer, allocatable :: nodes(:)
          character(:), allocatable :: of_node
@@ -289,7 +290,7 @@ contains
          end do
       end subroutine read_displacement
 
-      !> Reads *OBSTACLE MOTION: obstacle, dx, dy.
+      !> Reads a data line of *OBSTACLE MOTION: obstacle, dx, dy.
       subroutine read_motion()
          integer :: obstacle
          obstacle = deck%named('obstacle', deck%names%obstacle, 'obstacle')
@@ -299,7 +300,7 @@ contains
          load%motion(:, obstacle) = load%motion(:, obstacle) + [deck%real('dx'), deck%real('dy')]
       end subroutine read_motion
 
-      !> Reads *CONTACT INTERFERENCE: obstacle, value; with SHRINK only the obstacle.
+      !> Reads a data line of *CONTACT INTERFERENCE: obstacle, value; with SHRINK: obstacle.
       subroutine read_interference()
          integer :: obstacle
          logical :: ok

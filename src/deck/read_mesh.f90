@@ -1,4 +1,4 @@
-!> Reads nodes, elements, generated curves and sets, in the order of the deck: each card refers to preceding definitions.
+!> Reads nodes, elements, generated curves and sets in the order of the deck; each card may refer to preceding definitions only.
 module read_mesh
    use kinds, only: wp, name_length, degree
    use errors, only: error_t
@@ -16,33 +16,34 @@ module read_mesh
    private
    public :: read_mesh_cards
 
-   integer, parameter :: output_elements = 64 !! elements that carry the output of a curve whose number of elements is omitted
+   integer, parameter :: output_elements = 64 !! number of elements for the output of a curve whose number of elements is omitted
 
-   !> Approximate memory of a run for one element of a line: stored resultants, and several copies of the equations.
+   !> Approximate memory of a run for one element of a line: stored section forces, and several copies of the equations [bytes]:
    real(wp), parameter :: bytes_of_element = 3.5e3_wp
-   !> Entries per node of a chain's band matrix factored with pivoting: three unknowns, coupled with those of neighbouring nodes.
+   !> Entries for each node of a chain in a band matrix factored with pivoting: three unknowns, coupled with those of neighbouring
+   !> nodes.
    integer, parameter :: band_entries = 3 * (3 * 5 + 1)
 
-   !> A corner of a *DISTRIBUTION: the lines that are generated for its ELSET get a node there.
+   !> A corner of a *DISTRIBUTION: the lines generated for its ELSET get a node there.
    type :: corner_t
-      character(name_length) :: set = ''       !! element set
-      real(wp) :: ahead = 0.0_wp               !! distance from the end of the lines that the set has so far
+      character(name_length) :: set = ''       !! name of the element set
+      real(wp) :: ahead = 0.0_wp               !! distance of the corner from the end of the lines that the set contains so far
    end type corner_t
 
-   !> Properties that all elements of a card have in common.
+   !> Properties that are common to all elements of a card.
    type :: element_card_t
-      integer :: family = 0, stages = 0        !! kind of the elements
-      integer :: node_set = 0, element_set = 0 !! sets that receive nodes and elements, 0: none
+      integer :: family = 0, stages = 0        !! family and number of Gauss points of the elements
+      integer :: node_set = 0, element_set = 0 !! node set and element set to which nodes and elements are added; 0: none
    end type element_card_t
 
 contains
 
-   !> Reads all cards of the mesh; fills mesh, curves and node sets of the model, and begins all its other lists.
+   !> Reads all cards of the mesh. Sets mesh, curves and node sets of the model, and makes its other lists empty.
    subroutine read_mesh_cards(deck, model)
-      type(checked_deck_t), intent(inout), target :: deck !! receives nodes, elements and sets
-      type(model_t), intent(inout) :: model             !! receives mesh (without sections), curve, node_set
+      type(checked_deck_t), intent(inout), target :: deck !! out: with nodes, elements and sets
+      type(model_t), intent(inout) :: model             !! out: with mesh (without sections), curve and node_set
       type(growing_mesh_t) :: grown
-      type(element_card_t) :: common                    ! of the present card
+      type(element_card_t) :: common                    ! properties of the present card's elements
       type(corner_t), allocatable :: corner(:)
       integer :: e
       allocate (deck%names%placed_line(0), corner(0))
@@ -102,9 +103,9 @@ contains
          end do
       end subroutine read_elements
 
-      !> False, and an error is added, if the label of a line is used already.
+      !> True if the label of a line is not in use yet; otherwise an error is added.
       logical function is_new_label(labels) result(is_new)
-         type(labels_t), intent(in) :: labels   ! of nodes or elements
+         type(labels_t), intent(in) :: labels   ! labels of nodes or elements
          integer :: old
          old = labels%find(deck%integer('label'))
          is_new = old == 0
@@ -112,7 +113,7 @@ contains
             ' was defined in '//deck%source%line_words(labels%line(old)))
       end function is_new_label
 
-      !> Kind of the elements of a card, and the sets that receive its nodes and elements.
+      !> Kind of the elements of a card, and the sets to which its nodes and elements are added.
       type(element_card_t) function common_to() result(of_card)
          if (deck%at%keyword /= 'NODE') then
             call element_kind(deck%word('TYPE'), of_card%family, of_card%stages)
@@ -122,7 +123,7 @@ contains
          if (deck%given('NSET')) call deck%names%node%begin_set(deck%text('NSET'), of_card%node_set)
       end function common_to
 
-      !> Reads *LINE, *ARC, *RING and *ELLIPSE: one curve for each data line.
+      !> Reads *LINE, *ARC, *RING and *ELLIPSE: each data line defines one curve.
       subroutine read_curves()
          type(curve_t) :: curve
          integer :: node(2), elements
@@ -141,7 +142,7 @@ contains
          end do
       end subroutine read_curves
 
-      !> Reads *SPLINE: one curve for the card.
+      !> Reads *SPLINE: the card defines one curve.
       subroutine read_spline()
          type(curve_t) :: curve
          integer, allocatable :: node(:), elements(:)
@@ -151,7 +152,7 @@ contains
          integer :: i, n
          n = deck%at%n_lines
          allocate (node(n), elements(n), grading(n), placed(n))
-         sound = deck%lines_sound()         ! others are passed over
+         sound = deck%lines_sound()         ! lines with errors are skipped
          i = 0
          do while (deck%next_line())
             i = i + 1
@@ -187,9 +188,9 @@ contains
          deck%names%placed_line = [deck%names%placed_line, merge(deck%at%line, 0, all(placed(:size(node) - 1)))]
       end subroutine read_spline
 
-      !> The nodes of a curve, with those at corners of distributions.
+      !> Coordinates of the nodes of a curve, including nodes at corners of distributions.
       function with_corners(s) result(all)
-         real(wp), intent(in) :: s(:)         ! from 0 to the length of the curve
+         real(wp), intent(in) :: s(:)         ! coordinates of the nodes, from 0 to the length of the curve
          real(wp), allocatable :: all(:)
          integer :: i
          all = s
@@ -203,7 +204,7 @@ contains
          end do
       end function with_corners
 
-      !> Reads end nodes and shape of a curve.
+      !> Reads the end nodes and the shape of a curve.
       subroutine read_curve(node, curve)
          integer, intent(out) :: node(2)      ! end nodes, equal for a ring; 0 after an error
          type(curve_t), intent(out) :: curve
@@ -243,12 +244,12 @@ contains
          node = 0
       end subroutine read_curve
 
-      !> Reads how a curve is divided, and checks that it can be.
+      !> Reads into how many elements a curve is divided, and checks the division.
       subroutine read_division(closed, elements, grading, placed, ok)
-         logical, intent(in) :: closed        ! back to the first node
-         integer, intent(out) :: elements     ! given, or those for the output
+         logical, intent(in) :: closed        ! true: the curve ends at its first node
+         integer, intent(out) :: elements     ! number of elements, as given, or for the output
          real(wp), intent(out) :: grading
-         logical, intent(out) :: placed       ! the deck omits the number of elements
+         logical, intent(out) :: placed       ! true: the deck omits the number of elements
          logical, intent(out) :: ok
          integer :: before
          before = deck%diagnostics%n
@@ -276,10 +277,10 @@ contains
          ok = deck%diagnostics%n == before
       end subroutine read_division
 
-      !> Adds nodes and elements on the last curve, from its first to its last node.
+      !> Adds nodes and elements on the last curve, from its first end to its last end.
       subroutine mesh_curve(ends, s, placed)
          integer, intent(in) :: ends(2)             ! indices of the end nodes, equal for a ring
-         real(wp), intent(in) :: s(0:)              ! ends of the elements on the curve
+         real(wp), intent(in) :: s(0:)              ! coordinates of the elements' ends on the curve
          logical, intent(in) :: placed              ! true: the deck omits the number of elements
          type(imperfection_t) :: none(0)
          integer :: i, from, to
@@ -301,7 +302,7 @@ contains
 
       !> Reads *NSET and *ELSET.
       subroutine read_set(labels)
-         type(labels_t), pointer, intent(in) :: labels ! of nodes or elements
+         type(labels_t), pointer, intent(in) :: labels ! labels of nodes or elements
          integer :: set, k
          call labels%begin_set(deck%text(deck%at%keyword), set)
          do while (deck%next_line())
@@ -318,8 +319,8 @@ contains
 
       !> Reads one line of a set with GENERATE.
       function range_of(labels) result(members)
-         type(labels_t), intent(in) :: labels       ! of nodes or elements
-         integer, allocatable :: members(:)         ! nodes or elements up to the first one that is not defined
+         type(labels_t), intent(in) :: labels       ! labels of nodes or elements
+         integer, allocatable :: members(:)         ! nodes or elements up to the first that is not defined
          integer :: first, last, increment, label, n
          first = deck%integer('first')
          last = deck%integer('last')
@@ -345,9 +346,9 @@ contains
          end do
       end function range_of
 
-      !> First and second node of an element or of a row of elements; 0, and an error is added, if they cannot be used.
+      !> First and second node of an element or of a row of elements. If they cannot be used, an error is added and the result is 0.
       function end_nodes(second) result(node)
-         character(*), intent(in) :: second         ! name of the field with the second node
+         character(*), intent(in) :: second         ! name of the field that has the second node
          integer :: node(2)
          node(1) = deck%node('first node')
          node(2) = deck%node(second)
@@ -379,7 +380,7 @@ contains
       end subroutine new_element
    end subroutine read_mesh_cards
 
-   !> True for a number of elements for which there is enough memory, and whose equations can be numbered.
+   !> True if there is enough memory for a number of elements, and the numbers of their equations are in the range of integers.
    logical function fits(elements)
       real(wp), intent(in) :: elements
       fits = band_entries * elements <= huge(1)

@@ -1,5 +1,5 @@
-!> Reads *MONITOR: displacements and reactions of nodes, contact reactions of obstacles; and *CONTACT PRINT: columns of the listing
-!> with the beginning or end of contact.
+!> Reads *MONITOR (displacements and reactions of nodes, contact reactions of obstacles, section quantities) and *CONTACT PRINT
+!> (columns of the listing with the beginning or end of contact).
 module read_monitors
    use kinds, only: wp
    use text, only: to_text, same_name
@@ -19,8 +19,8 @@ contains
 
    !> Reads the monitors.
    subroutine read_monitor_cards(deck, model)
-      type(checked_deck_t), intent(inout) :: deck       !! with the mesh; receives the monitors
-      type(model_t), intent(inout) :: model             !! with supports and contacts; receives monitor
+      type(checked_deck_t), intent(inout) :: deck       !! in: contains the mesh; out: also the monitors
+      type(model_t), intent(inout) :: model             !! in: contains supports and contacts; out: also monitor
       type(monitor_t) :: monitor
       logical :: ok
       do while (deck%next_card('MONITOR'))
@@ -47,7 +47,7 @@ contains
                call read_section_quantity()
             else
                if (monitor%quantity /= quantity_contact) monitor%node = deck%nodes('node or set')
-               ! The words are in the order x, y, rotation: those of displacements, then those of reactions.
+               ! The words are in the order x, y, rotation: first those of displacements, then those of reactions.
                if (monitor%quantity /= quantity_contact .and. deck%integer('quantity') > size(component_dof)) &
                   & monitor%quantity = quantity_reaction
                monitor%component = modulo(deck%integer('quantity') - 1, size(component_dof)) + 1
@@ -59,7 +59,7 @@ contains
 
    contains
 
-      !> Reads the data line of a monitor of sections.
+      !> Reads the data line of a monitor of section quantities.
       subroutine read_section_quantity()
          real(wp) :: length
          integer :: i
@@ -73,7 +73,7 @@ contains
          do i = 1, size(monitor%element)
             associate (e => monitor%element(i))
                length = length + (model%mesh%s(2, e) - model%mesh%s(1, e))
-               if (model%mesh%section(e) == 0) cycle ! reported elsewhere
+               if (model%mesh%section(e) == 0) cycle ! another procedure reports this error
                if (monitor%component > section_moment .and. .not. outer_fibre(model%section(model%mesh%section(e))) > 0.0_wp) then
                   call deck%wrong('quantity', element_words(model%mesh, e)//' has no shape with an outermost fibre; that takes '// &
                      'SECTION=RECT, CIRC or PIPE')
@@ -100,8 +100,8 @@ contains
 
    !> Reads the columns of the listing in the order of the deck.
    subroutine read_contact_print_cards(deck, model)
-      type(checked_deck_t), intent(inout) :: deck       !! with the obstacles
-      type(model_t), intent(inout) :: model             !! with contacts; receives contact_print
+      type(checked_deck_t), intent(inout) :: deck       !! contains the obstacles
+      type(model_t), intent(inout) :: model             !! in: contains contacts; out: also contact_print
       type(contact_print_t) :: print
       character(:), allocatable :: word
       logical :: ok

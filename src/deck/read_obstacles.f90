@@ -6,7 +6,7 @@ module read_obstacles
    use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, obstacle_spline, &
       & ground_independent, ground_half_space, ground_pasternak
    use obstacle_curve, only: crosses_itself
-   use obstacle_shapes, only: arc_curve, ellipse_points, polyline_curve, round_and_round, misfit, spline_curve, &
+   use obstacle_shapes, only: arc_curve, ellipse_points, polyline_curve, with_neighbours_added, misfit, spline_curve, &
       corner_turn, widest_corner_radius, default_corner_radius
    use spline_ends, only: end_spline
    use checked_deck, only: checked_deck_t
@@ -14,15 +14,16 @@ module read_obstacles
    private
    public :: read_foundation_law_cards, read_obstacle_cards
 
-   real(wp), parameter :: half_turn = 180.0_wp       !! [degrees] largest turn of an arc
-   real(wp), parameter :: back = 175.0_wp            !! [degrees] larger turns at a corner are rejected: the curve would reverse
+   real(wp), parameter :: half_turn = 180.0_wp       !! largest turn of an arc [degrees]
+   real(wp), parameter :: back = 175.0_wp !! largest turn at a corner [degrees]; larger ones would reverse the curve and are
+   !! rejected
 
 contains
 
-   !> Reads the laws.
+   !> Reads the force laws of foundations.
    subroutine read_foundation_law_cards(deck, model)
-      type(checked_deck_t), intent(inout) :: deck       !! receives the names of the laws
-      type(model_t), intent(inout) :: model             !! receives law
+      type(checked_deck_t), intent(inout) :: deck       !! out: with the names of the laws added
+      type(model_t), intent(inout) :: model             !! out: with law added
       type(law_t) :: law
       do while (deck%next_card('FOUNDATION LAW'))
          if (.not. deck%defines(deck%names%law, deck%text('NAME'))) cycle
@@ -72,8 +73,8 @@ contains
 
    !> Reads the obstacles.
    subroutine read_obstacle_cards(deck, model)
-      type(checked_deck_t), intent(inout) :: deck       !! with the laws; receives the names of the obstacles
-      type(model_t), intent(inout) :: model             !! receives obstacle
+      type(checked_deck_t), intent(inout) :: deck       !! in: contains the laws; out: also the names of the obstacles
+      type(model_t), intent(inout) :: model             !! out: with obstacle added
       type(obstacle_t) :: obstacle
       logical :: ok
       do while (deck%next_card('OBSTACLE'))
@@ -90,7 +91,7 @@ contains
          if (ok) call check_ground()
          if (ok) call read_shape()
          if (.not. ok) then
-            ! An invalid obstacle is replaced by one for which gaps can be computed, so that cards that refer to it are still
+            ! An invalid obstacle is replaced by one for which gaps can be computed, so that cards that refer to it can still be
             ! checked.
             deck%names%obstacle%incomplete = .true.
             obstacle%kind = obstacle_line
@@ -101,7 +102,7 @@ contains
 
    contains
 
-      !> Reads kind and constants of the foundation.
+      !> Reads kind and constants of the obstacle's foundation.
       subroutine read_foundation()
          real(wp) :: width
          width = deck%real('WIDTH')
@@ -135,7 +136,7 @@ contains
          ok = .false.
       end subroutine check_ground
 
-      !> Reads kind, position and size.
+      !> Reads kind, position and size of the obstacle.
       subroutine read_shape()
          logical :: closed
          real(wp), allocatable :: radius(:)
@@ -177,14 +178,14 @@ contains
             'the obstacle, which goes on straight beyond both ends, meets itself')
       end subroutine read_shape
 
-      !> Reads what circles and arcs have.
+      !> Reads centre and radius of a circle or an arc.
       subroutine read_centre()
          obstacle%centre = [deck%real('xc'), deck%real('yc')]
          obstacle%radius = deck%real('radius')
          obstacle%reference_angle = deck%real('REFERENCE') * degree
       end subroutine read_centre
 
-      !> Reads both angles of an arc.
+      !> Reads the two angles of an arc.
       subroutine read_arc()
          real(wp) :: angle(2), turn
          angle = [deck%real('start'), deck%real('end')]
@@ -204,7 +205,7 @@ contains
       !> Reads the points of a polyline or spline; neighbouring points must be different.
       subroutine read_points(point, radius)
          real(wp), allocatable, intent(out) :: point(:, :)
-         real(wp), allocatable, intent(out), optional :: radius(:) ! of the points of a polyline, 0: not given
+         real(wp), allocatable, intent(out), optional :: radius(:) ! corner radii at the points of a polyline; 0: not given
          integer :: i
          ok = .true.
          allocate (point(2, deck%at%n_lines))
@@ -224,7 +225,7 @@ contains
          end do
       end subroutine read_points
 
-      !> Reads the corner radii of a polyline; `own`: those of its points, 0: none.
+      !> Makes the curve of a polyline; `own`: corner radii at its points, 0: not given.
       subroutine read_polyline(own)
          real(wp), intent(in) :: own(:)
          real(wp), allocatable :: point(:, :), radius(:)
@@ -237,7 +238,7 @@ contains
          if (.not. ok) return
          beyond = merge(2, 0, closed)
          before = deck%at%line - size(own)
-         point = round_and_round(obstacle%point, closed)
+         point = with_neighbours_added(obstacle%point, closed)
          do i = 2, size(point, 2) - 1
             if (i <= beyond .or. i > size(point, 2) - beyond) cycle
             if (abs(corner_turn(point, i)) < back * degree) cycle
@@ -261,7 +262,7 @@ contains
                return
             end if
          else
-            ok = obstacle%radius / (1.0_wp + 4 * epsilon(widest)) <= widest ! widest is huge without corners
+            ok = obstacle%radius / (1.0_wp + 4 * epsilon(widest)) <= widest ! `widest` is huge if there are no corners
             allocate (radius(size(point, 2)), source=min(obstacle%radius, widest))
             if (.not. ok) call deck%wrong('RADIUS', 'corners of this radius do not fit between the points; at most '// &
                to_text(rounded_down(widest)))

@@ -11,10 +11,10 @@ module read_path_control
 
 contains
 
-   !> Reads the stops of the steps, the points that they locate, and the fields that they store.
+   !> Reads the stops of the steps, the points to be located, and the fields to be stored.
    subroutine read_path_cards(deck, model)
-      type(checked_deck_t), intent(inout) :: deck       !! with the monitors
-      type(model_t), intent(inout) :: model             !! with contacts; receives step%stop, locate, turning, field_...
+      type(checked_deck_t), intent(inout) :: deck       !! contains the monitors
+      type(model_t), intent(inout) :: model             !! in: with contacts; out: also step%stop, locate, turning, field_...
       do while (deck%next_card('STOP|LOCATE|TURNING POINTS|FIELD OUTPUT'))
          call read_card(deck, size(model%contact) > 0, model%step(deck%at%step))
       end do
@@ -40,7 +40,7 @@ contains
 
    contains
 
-      !> Reads a line of *LOCATE: quantity, value, ...
+      !> Reads a data line of *LOCATE: quantity, value, ...
       subroutine read_values()
          type(threshold_t) :: threshold
          integer :: k
@@ -52,7 +52,7 @@ contains
          end do
       end subroutine read_values
 
-      !> Reads a line of *TURNING POINTS: monitors.
+      !> Reads a data line of *TURNING POINTS: monitors.
       subroutine read_turning()
          integer :: k, monitor
          do k = 1, deck%count('monitor')
@@ -70,7 +70,7 @@ contains
          end do
       end subroutine read_turning
 
-      !> Reads a line of *FIELD OUTPUT.
+      !> Reads a data line of *FIELD OUTPUT.
       subroutine read_fields()
          integer :: k
          do k = 1, deck%count('field')
@@ -90,10 +90,10 @@ contains
       end subroutine read_fields
    end subroutine read_card
 
-   !> Reads a line of *STOP or *BRANCH: quantity, sense, value.
+   !> Reads a data line of *STOP or *BRANCH: quantity, sense, value.
    subroutine read_bound(deck, stop)
-      type(checked_deck_t), intent(inout) :: deck              !! with the monitors
-      type(threshold_t), allocatable, intent(inout) :: stop(:) !! receives one more threshold, unless the quantity is undefined
+      type(checked_deck_t), intent(inout) :: deck              !! contains the monitors
+      type(threshold_t), allocatable, intent(inout) :: stop(:) !! out: with one more threshold, unless the quantity is not defined
       type(threshold_t) :: threshold
       threshold%monitor = deck%quantity('quantity')
       if (threshold%monitor < 0) return
@@ -102,11 +102,11 @@ contains
       stop = [stop, threshold]
    end subroutine read_bound
 
-   !> Checks that each step has a load to be scaled, a controlled quantity, and an end. A LOAD step without *STOP ends at load
-   !> factor 1.
+   !> Checks that each step has a load that the load factor multiplies, a controlled quantity, and an end. A LOAD step without *STOP
+   !> ends at load factor 1.
    subroutine check_steps(deck, model)
       type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(inout) :: model             !! read completely; receives the stop at load factor 1
+      type(model_t), intent(inout) :: model             !! in: complete; out: with the stop at load factor 1
       if (deck%names%unknown_cards) return
       do while (deck%next_card('STEP', also_bad=.true.))
          associate (names => deck%names, step => model%step(deck%at%step))
@@ -120,11 +120,11 @@ contains
       end do
    end subroutine check_steps
 
-   !> Checks control and end of a step with *STATIC.
+   !> Checks the control and the end of a step with *STATIC.
    subroutine check_path(deck, model, step)
-      type(checked_deck_t), intent(inout) :: deck       ! at its *STATIC
+      type(checked_deck_t), intent(inout) :: deck       ! deck, with the position at the step's *STATIC
       type(model_t), intent(in) :: model
-      type(step_t), intent(inout) :: step               ! receives the stop at load factor 1
+      type(step_t), intent(inout) :: step               ! out: with the stop at load factor 1
       type(position_t) :: static
       logical :: limited
       integer :: controls
@@ -151,7 +151,7 @@ contains
       if (.not. limited) call deck%wrong_card('the step has no end: give *STOP, or POINTS on *CONTROLS')
    end subroutine check_path
 
-   !> True if supports fix the monitored component at all nodes of displacement control's monitor, and the step prescribes none of
+   !> True if supports fix the component of the controlled monitor at all its nodes, and the step prescribes no displacement of
    !> them.
    pure logical function cannot_move(model, step)
       type(model_t), intent(in) :: model

@@ -1,5 +1,5 @@
-!> Reads *RELEASE: element ends that are partly released from a node. They get a node of their own, which follows the first node in
-!> the components that are not released.
+!> Reads *RELEASE: element ends that are partly released from a node. They get their own node, which is tied to the first one in the
+!> components that are not released.
 module read_releases
    use kinds, only: wp
    use model, only: model_t, release_t, joint_spring_t, same_component
@@ -10,21 +10,21 @@ module read_releases
    private
    public :: read_release_cards
 
-   !> Components that the lines of a *RELEASE card release, and the spring of the joint.
+   !> Components that the lines of a *RELEASE card release, and the spring in the joint.
    type :: joint_t
       logical :: free(3) = .false.                      !! true for components that are released
-      real(wp) :: stiffness = 0.0_wp                    !! of a spring in these components; 0: none
-      integer :: set = 0                                !! node set that receives the new nodes, 0: none
+      real(wp) :: stiffness = 0.0_wp                    !! stiffness of a spring in the released components; 0: none
+      integer :: set = 0                                !! node set to which the new nodes are added; 0: none
    end type joint_t
 
 contains
 
-   !> Reads the releases. They divide chains of elements, so that cards that need whole chains must be read before.
+   !> Reads the releases. They divide chains of elements: cards that need whole chains must be read before.
    subroutine read_release_cards(deck, model)
-      type(checked_deck_t), intent(inout) :: deck       !! with mesh; receives the new nodes
-      type(model_t), intent(inout) :: model             !! receives nodes, tie, joint_spring, release
+      type(checked_deck_t), intent(inout) :: deck       !! in: contains mesh; out: also the new nodes
+      type(model_t), intent(inout) :: model             !! out: with new nodes, ties, joint_spring and release
       type(joint_t) :: joint
-      logical, allocatable :: released(:, :)            ! (2, elements) true for ends that an earlier line releases
+      logical, allocatable :: released(:, :)            ! (2, elements) true: an earlier line releases this end
       integer, allocatable :: nodes(:), elements(:)
       integer :: i
       allocate (released(2, model%mesh%n_elements), source=.false.)
@@ -51,7 +51,7 @@ contains
 
    contains
 
-      !> Reads the components that a line releases; none, and an error is added, if they are invalid.
+      !> Reads the components that a line releases. If they are invalid, an error is added and none is released.
       subroutine read_free(free)
          logical, intent(out) :: free(3)
          call read_dofs(deck, free)
@@ -60,7 +60,7 @@ contains
          free = .false.
       end subroutine read_free
 
-      !> Releases all ends at a node except the first one, each separately.
+      !> Releases all element ends at a node except the first one, each by a node of its own.
       subroutine release_all(node)
          integer, intent(in) :: node
          logical :: chosen(2, model%mesh%n_elements)
@@ -114,7 +114,7 @@ contains
       end subroutine release
    end subroutine read_release_cards
 
-   !> Marks the element ends at a node that belong to the given elements: (end, element).
+   !> (end, element) true: the element end is at the node and belongs to one of the given elements.
    pure function ends_of(model, elements, node) result(chosen)
       type(model_t), intent(in) :: model
       integer, intent(in) :: elements(:), node

@@ -16,15 +16,16 @@ module read_sections
    !> Constants of a material: Young's modulus, Poisson's ratio, density, coefficient of thermal expansion.
    type :: material_t
       real(wp) :: e = 1.0_wp, nu = 0.0_wp, rho = 0.0_wp, alpha = 0.0_wp
-      integer :: elastic_line = 0, density_line = 0, expansion_line = 0 !! lines of the deck with the cards, 0: not given
+      integer :: elastic_line = 0, density_line = 0, expansion_line = 0 !! lines of the deck with *ELASTIC, *DENSITY and *EXPANSION;
+      !! 0: not given
    end type material_t
 
 contains
 
    !> Reads materials and sections; every element must have one section.
    subroutine read_section_cards(deck, model)
-      type(checked_deck_t), intent(inout) :: deck       !! receives the names of the materials
-      type(model_t), intent(inout) :: model             !! receives section and mesh%section
+      type(checked_deck_t), intent(inout) :: deck       !! out: with the names of the materials added
+      type(model_t), intent(inout) :: model             !! out: with section and mesh%section added
       type(material_t), allocatable :: material(:)
       call read_materials(deck, material)
       call read_beam_sections(deck, material, model)
@@ -33,7 +34,7 @@ contains
 
    subroutine read_materials(deck, material)
       type(checked_deck_t), intent(inout) :: deck
-      type(material_t), allocatable, intent(out) :: material(:) !! in the order of names%material
+      type(material_t), allocatable, intent(out) :: material(:) !! materials in the order of names%material
       logical :: ok
       allocate (material(0))
       ok = .false.                                      ! false: the cards belong to a material that cannot be read
@@ -84,7 +85,7 @@ contains
       type(model_t), intent(inout) :: model
       type(section_t) :: section
       integer, allocatable :: elements(:)
-      integer :: section_line(deck%n_cards)              ! (sections) line of the section's card
+      integer :: section_line(deck%n_cards)              ! (sections) line of the deck with the section's card
       integer :: i, m
       do while (deck%next_card('BEAM SECTION'))
          elements = deck%elements('ELSET')
@@ -122,7 +123,7 @@ contains
 
    contains
 
-      !> Reads the dimensions of a shape made of a material.
+      !> Computes a section from the dimensions of a shape and a material.
       subroutine section_of_material(material)
          type(material_t), intent(in) :: material
          integer :: j
@@ -155,7 +156,7 @@ contains
          section%expansion = material%alpha
       end subroutine section_of_material
 
-      !> Reads SECTION=STIFFNESS, INEXTENSIBLE: given stiffnesses.
+      !> Reads SECTION=STIFFNESS or INEXTENSIBLE, with given stiffnesses.
       subroutine section_of_stiffness()
          section%inextensible = deck%word('SECTION') == 'INEXTENSIBLE'
          if (section%inextensible) then
@@ -184,7 +185,7 @@ contains
       end subroutine read_dimension
    end subroutine read_beam_sections
 
-   !> Reports elements without a section, at the line that defines the first of these.
+   !> Reports elements without a section, at the line of the deck that defines the first of them.
    subroutine check_complete(deck, model)
       type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(in) :: model

@@ -1,4 +1,4 @@
-!> Reads *STEP, *STATIC, *BUCKLE and *CONTROLS: kind, method and controls of each step.
+!> Reads *STEP, *STATIC, *BUCKLE and *CONTROLS: kind, strategy and iteration controls of each step.
 module read_steps
    use text, only: to_text, plural
    use model, only: model_t, step_t, quantity_displacement, method_load, method_displacement
@@ -8,18 +8,18 @@ module read_steps
    private
    public :: read_step_cards
 
-   !> Cards that belong to a path, and so to a step with *STATIC.
+   !> Cards that belong to a path, and are therefore allowed only in a step with *STATIC.
    character(*), parameter :: path_cards = 'CONTROLS|STOP|LOCATE|TURNING POINTS|FIELD OUTPUT|BRANCH|LIMIT CURVE|IMPERFECTION'
 
-   !> Updates of the tangent in an increment for NEWTON=FULL, MODIFIED, ONCE.
+   !> Number of tangent updates in an increment for NEWTON=FULL, MODIFIED, ONCE.
    integer, parameter :: updates(3) = [huge(1), 0, 1]
 
 contains
 
    !> Reads names, methods and controls of all steps.
    subroutine read_step_cards(deck, model)
-      type(checked_deck_t), intent(inout) :: deck       !! with the monitors; receives the names of the steps
-      type(model_t), intent(inout) :: model             !! with monitors; receives step without loads and path control
+      type(checked_deck_t), intent(inout) :: deck       !! in: contains the monitors; out: also the names of the steps
+      type(model_t), intent(inout) :: model             !! in: with monitors; out: also step, without loads and path control
       integer :: s
       allocate (model%step(maxval([0, deck%card(:deck%n_cards)%step])))
       do while (deck%next_card('STEP', also_bad=.true.))
@@ -58,7 +58,7 @@ contains
       end do
    end subroutine check_kinds
 
-   !> Sets the name of a step, and begins its lists.
+   !> Sets the name of a step, and makes its lists empty.
    subroutine name_step(deck, step)
       type(checked_deck_t), intent(inout) :: deck
       type(step_t), intent(inout) :: step
@@ -73,7 +73,7 @@ contains
       allocate (step%stop(0), step%locate(0), step%turning(0), step%branch(0), step%limit_curve(0), step%mode_offset(0))
    end subroutine name_step
 
-   !> Reads *STATIC: method, monitor, increments.
+   !> Reads *STATIC: strategy, monitor, increments.
    subroutine read_static(deck, model, step)
       type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(in) :: model

@@ -1,5 +1,6 @@
-!> Reads *BOUNDARY in the model part: fixed degrees of freedom (in a step the card prescribes their values); *SPRING; and *GAP:
-!> one-sided supports. Stops, and springs by a law, become candidates for a line obstacle that represents those of the card.
+!> Reads *BOUNDARY in the model part (fixed degrees of freedom; in a step the card prescribes their values), *SPRING, and *GAP
+!> (one-sided supports). Stops and springs with a force law become candidates for a line obstacle, which represents all of them on a
+!> card.
 module read_supports
    use kinds, only: wp, parallel, degree
    use text, only: to_text
@@ -12,7 +13,7 @@ module read_supports
    private
    public :: read_support_cards, read_spring_cards, read_gap_cards, read_dofs
 
-   !> (x, y, rotation; words) true for the components that ENCASTRE, PINNED, XSYMM and YSYMM name.
+   !> (x, y, rotation; words) true: ENCASTRE, PINNED, XSYMM or YSYMM fixes the component.
    logical, parameter :: dofs_of_word(3, 4) = reshape([.true., .true., .true., .true., .true., .false., &
       .true., .false., .true., .false., .true., .true.], [3, 4])
 
@@ -20,8 +21,8 @@ contains
 
    !> Reads the supports.
    subroutine read_support_cards(deck, model)
-      type(checked_deck_t), intent(inout) :: deck       !! with the mesh
-      type(model_t), intent(inout) :: model             !! receives fixed
+      type(checked_deck_t), intent(inout) :: deck       !! contains the mesh
+      type(model_t), intent(inout) :: model             !! out: `fixed` is set
       integer, allocatable :: nodes(:)
       logical :: dofs(3)
       integer :: i
@@ -39,11 +40,11 @@ contains
       end do
    end subroutine read_support_cards
 
-   !> Reads the linear springs. A node of a spring is a part of the structure, though it may belong to no element: a rigid body
-   !> without mass. The check of the supports (support_check) reports the freedoms that nothing holds.
+   !> Reads the linear springs. A node of a spring is a part of the structure even if it belongs to no element: a rigid body without
+   !> mass. The check of the supports (support_check) reports its motions that nothing prevents.
    subroutine read_spring_cards(deck, model)
-      type(checked_deck_t), intent(inout) :: deck       !! with the mesh
-      type(model_t), intent(inout) :: model             !! with the supports; receives spring and joint_spring
+      type(checked_deck_t), intent(inout) :: deck       !! contains the mesh
+      type(model_t), intent(inout) :: model             !! in: contains the supports; out: also spring and joint_spring
       character(:), allocatable :: problem
       integer, allocatable :: nodes(:)
       integer :: dof, i
@@ -90,10 +91,11 @@ contains
       end function spring_problem
    end subroutine read_spring_cards
 
-   !> Components of a range of degrees of freedom, or of a word of *BOUNDARY; none, and an error is added, if they are invalid.
+   !> Components in a range of degrees of freedom, or for a word of *BOUNDARY. If they are invalid, an error is added and none is
+   !> true.
    subroutine read_dofs(deck, dofs)
-      type(checked_deck_t), intent(inout) :: deck !! at a line with the fields dof and last dof
-      logical, intent(out) :: dofs(3)  !! (x, y, rotation) true for the components named
+      type(checked_deck_t), intent(inout) :: deck !! deck, with the position at a line that has the fields dof and last dof
+      logical, intent(out) :: dofs(3)  !! (x, y, rotation) true: the component is in the range
       integer :: first, last
       dofs = .false.
       first = deck%integer('dof')
@@ -115,16 +117,16 @@ contains
       if (.not. any(dofs)) call deck%wrong('dof', 'a plane rod has the degrees of freedom 1, 2 and 6 only')
    end subroutine read_dofs
 
-   !> Reads the one-sided supports and the springs by a law: each card becomes an obstacle, each data line a contact.
+   !> Reads the one-sided supports and the springs with a force law: each card becomes an obstacle, each data line a contact.
    !>
-   !> Both are the same thing, a law of one relative motion: two-sided for *SPRING, one-sided for *GAP.
+   !> Both are the same: a force law for one relative motion; two-sided for *SPRING, one-sided for *GAP.
    subroutine read_gap_cards(deck, model)
-      type(checked_deck_t), intent(inout) :: deck       !! with mesh and laws; receives the names of the cards as those of obstacles
-      type(model_t), intent(inout) :: model             !! with supports, obstacles and contacts; receives new obstacles and
-      !! contacts, and nodes and ties of relative motions
-      type(obstacle_t) :: obstacle                      ! of the present card
-      real(wp) :: normal(2)                             ! direction of its force
-      integer, allocatable :: held_in(:)                ! (nodes) line of the deck with the node, for this card; 0: none
+      type(checked_deck_t), intent(inout) :: deck !! in: with mesh and laws; out: names of the cards are added to those of obstacles
+      type(model_t), intent(inout) :: model !! in: with supports, obstacles and contacts; out: with new obstacles and contacts, and
+      !! with nodes and ties for relative motions
+      type(obstacle_t) :: obstacle                      ! obstacle of the present card
+      real(wp) :: normal(2)                             ! unit vector of the obstacle's force
+      integer, allocatable :: held_in(:)                ! (nodes) line of the deck that names the node on this card; 0: none
       call read_point_laws('GAP')
       call read_point_laws('SPRING')
 
@@ -144,7 +146,7 @@ contains
             if (deck%given('ROTATION')) normal = [merge(-1.0_wp, 1.0_wp, deck%word('ROTATION') == 'CLOCKWISE'), 0.0_wp]
             if (count([deck%given('ROTATION'), deck%given('DIRECTION'), deck%given('MEMBER')]) > 1) call deck%wrong_card( &
                'a card acts on the ROTATION, in a DIRECTION, or as a MEMBER')
-            if (deck%given('MEMBER')) normal = 1.0_wp   ! any direction
+            if (deck%given('MEMBER')) normal = 1.0_wp   ! a placeholder: the direction of a member is set later
             obstacle%point = reshape([0.0_wp, 0.0_wp, normal(2), -normal(1)], [2, 2])
             obstacle%rigid = .not. deck%given('LAW')
             if (deck%given('LAW')) obstacle%law = deck%named('LAW', deck%names%law, 'foundation law')
@@ -158,8 +160,8 @@ contains
          end do
       end subroutine read_point_laws
 
-      !> Makes the obstacle of a member: a circle about the second node on which the first one begins. Inside it the member is
-      !> slack, outside it is longer than at the start and pulls.
+      !> Makes the obstacle of a member: a circle about the second node that passes through the first node. If the first node is
+      !> inside the circle, the member is slack; if outside, it is longer than at the start and pulls.
       subroutine place_member(member)
          type(obstacle_t), intent(inout) :: member
          integer, allocatable :: nodes(:)
@@ -190,7 +192,7 @@ contains
          obstacle%modulus = deck%real('STIFFNESS')
       end subroutine read_stiffness
 
-      !> Reads a data line: node or set, clearance (*GAP), second node. The second node is a part of the structure, as with springs.
+      !> Reads a data line: node or set, clearance (*GAP), second node. The second node is a part of the structure, as for springs.
       subroutine read_nodes()
          type(contact_t) :: contact
          character(:), allocatable :: problem
@@ -227,9 +229,9 @@ contains
          model%contact = [model%contact, contact]
       end subroutine read_nodes
 
-      !> True if a support lets the motion on which the card acts happen.
+      !> True if the supports permit the motion on which the card acts.
       logical function moves(node, other)
-         integer, intent(in) :: node, other             ! other: the second node, 0: the ground
+         integer, intent(in) :: node, other             ! first node; second node, 0: the ground
          logical :: free(3)
          free = .not. model%fixed(:, node)
          if (other > 0) free = free .or. .not. model%fixed(:, other)
@@ -240,19 +242,21 @@ contains
 
    !> True for a *SPRING without a law.
    logical function is_linear_spring(deck)
-      type(checked_deck_t), intent(in) :: deck          !! at a card *SPRING or *GAP
+      type(checked_deck_t), intent(in) :: deck          !! deck, with the position at a card *SPRING or *GAP
       is_linear_spring = deck%at%keyword == 'SPRING' .and. .not. deck%given('LAW')
    end function is_linear_spring
 
-   !> Adds a node with the displacement of a node relative to another one, or with the relative rotation as its displacement x.
+   !> Adds a node whose displacement is that of a node relative to another node, or whose displacement x is the relative rotation.
    !>
-   !> A stop or spring to the ground at that node acts between both nodes, with opposite forces. The displacement of the new node
-   !> follows both nodes. But a rigid stop eliminates a displacement of its node, which must be an unknown then: there one of both
-   !> nodes follows the other one and the new node, if possible the first one, so that the second one may be moved by a step.
+   !> A stop or spring between this node and the ground acts between both nodes, with opposite forces. The displacement of the new
+   !> node is tied to both nodes. But a rigid stop eliminates a displacement of its node, which must then be an unknown: in this
+   !> case one of the two nodes is tied to the other one and the new node; if possible the first one, so that a step may move the
+   !> second one.
    subroutine make_relative(deck, model, node, other, rigid, new)
-      type(checked_deck_t), intent(inout) :: deck       !! at the line that joins the nodes; receives names%tie_origin
-      type(model_t), intent(inout) :: model             !! receives a node, the last one, its supports and ties
-      integer, intent(in) :: node, other                !! other = 0: the ground
+      type(checked_deck_t), intent(inout) :: deck !! deck, with the position at the line that joins the nodes; out: names%tie_origin
+      !! is extended
+      type(model_t), intent(inout) :: model             !! out: with one more node (the last one), its supports and its ties
+      integer, intent(in) :: node, other                !! the two nodes; other = 0: the ground
       logical, intent(in) :: rigid                      !! true: a rigid stop acts on the relative motion
       integer, intent(out) :: new                       !! index of the new node
       integer :: k, part
@@ -278,7 +282,7 @@ contains
 
    contains
 
-      !> True if component `part` of a node may follow others.
+      !> True if component `part` of a node may be tied.
       logical function may_follow(node)
          integer, intent(in) :: node
          may_follow = node > 0
@@ -288,7 +292,7 @@ contains
 
       subroutine follow(node, component, of, parts, factor)
          integer, intent(in) :: node, component
-         integer, intent(in) :: of(2), parts(2)         ! 0: the ground
+         integer, intent(in) :: of(2), parts(2)         ! nodes and components to which it is tied; 0: the ground
          real(wp), intent(in) :: factor(2)
          type(tie_t) :: tie
          tie%node = node

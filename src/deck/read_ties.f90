@@ -1,4 +1,4 @@
-!> Reads *MPC and *EQUATION: nodes and degrees of freedom that follow others.
+!> Reads *MPC and *EQUATION: nodes and degrees of freedom that are tied to others.
 module read_ties
    use kinds, only: wp
    use text, only: to_text
@@ -14,9 +14,9 @@ contains
 
    !> Reads the ties in the order of the deck.
    subroutine read_tie_cards(deck, model)
-      type(checked_deck_t), intent(inout) :: deck       !! with the mesh; nodes that others follow need not belong to an element;
-      !! receives names%tie_origin
-      type(model_t), intent(inout) :: model             !! with the releases; receives further ties
+      type(checked_deck_t), intent(inout) :: deck !! in: with the mesh (nodes to which others are tied need not belong to an
+      !! element); out: names%tie_origin is extended
+      type(model_t), intent(inout) :: model             !! in: with the releases; out: with further ties
       allocate (deck%names%tie_origin(size(model%tie)))
       do while (deck%next_card('MPC|EQUATION'))
          if (deck%at%keyword == 'EQUATION') then
@@ -30,7 +30,7 @@ contains
 
    contains
 
-      !> Reads a line of *MPC: nodes, and the node that they follow.
+      !> Reads a data line of *MPC: nodes, and the node to which they are tied.
       subroutine read_pair()
          character(:), allocatable :: kind
          integer, allocatable :: nodes(:)
@@ -39,7 +39,7 @@ contains
          nodes = deck%nodes('node or set')
          lead = deck%node('node')
          if (lead == 0) return
-         ! Nodes with rigid bars or links, and nodes that follow others in all components, need not belong to an element.
+         ! Nodes with rigid bars or links, and nodes that are tied in all components, need not belong to an element.
          if (kind == 'BEAM' .or. kind == 'LINK') deck%names%connected(lead) = .true.
          if (kind /= 'PIN') deck%names%connected(nodes) = .true.
          if (.not. deck%on_elements('node or set', model%mesh, nodes)) return
@@ -59,16 +59,16 @@ contains
          end do
       end subroutine read_pair
 
-      !> Ties the components of a node to those of another one.
+      !> Ties the components of a node to those of another node.
       subroutine tie_pair(kind, node, other)
-         character(*), intent(in) :: kind     ! of *MPC
-         integer, intent(in) :: node, other   ! node follows the other one
+         character(*), intent(in) :: kind     ! kind of the *MPC
+         integer, intent(in) :: node, other   ! node that is tied; node to which it is tied
          type(tie_t) :: tie
          integer :: lead, k
          lead = other
          if (kind == 'LINK') then
-            ! LINK: a bar with hinges at both ends. An additional node, pinned to the other one and with a rotation of its own,
-            ! carries the bar.
+            ! LINK is a bar with hinges at both ends. An additional node carries the bar; it is pinned to the other node and has its
+            ! own rotation.
             call copy_node(deck%names, model, other)
             lead = model%mesh%n_nodes
             do k = 1, 2
@@ -85,7 +85,7 @@ contains
          end do
       end subroutine tie_pair
 
-      !> Reads a card of *EQUATION: its first term follows the others.
+      !> Reads a card of *EQUATION: the first term is tied to the others.
       subroutine read_equation()
          type(position_t) :: card, first
          type(tie_t) :: tie
@@ -124,7 +124,7 @@ contains
          call add(tie)
       end subroutine read_equation
 
-      !> Adds a tie, unless its degree of freedom follows others already.
+      !> Adds a tie, unless its degree of freedom is already tied.
       subroutine add(tie)
          type(tie_t), intent(in) :: tie
          character(:), allocatable :: from
@@ -143,12 +143,12 @@ contains
       end subroutine add
    end subroutine read_tie_cards
 
-   !> Orders ties so that their values can be computed one after the other; ties of supported degrees of freedom and circular ties
-   !> are errors.
+   !> Orders the ties so that their values can be computed one after the other. Ties of supported degrees of freedom and circular
+   !> ties are errors.
    subroutine order_ties(deck, model)
-      type(checked_deck_t), intent(inout) :: deck       !! with the supports, and the ties in the order in which they were read
-      type(model_t), intent(inout) :: model             !! with ties and supports
-      logical :: waits(3, model%mesh%n_nodes)           ! true for components whose values are not known yet
+      type(checked_deck_t), intent(inout) :: deck       !! contains the supports, and the ties in the order in which they were read
+      type(model_t), intent(inout) :: model             !! contains ties and supports
+      logical :: waits(3, model%mesh%n_nodes)           ! true: the value of the component is not known yet
       logical :: done(size(model%tie))
       integer :: order(size(model%tie)), i, n, before
       waits = .false.
@@ -184,7 +184,7 @@ contains
 
    contains
 
-      !> True if the value of a tie can be computed.
+      !> True if the value of a tie can be computed from values that are known.
       pure logical function is_ready(tie)
          type(tie_t), intent(in) :: tie
          integer :: k
@@ -197,7 +197,7 @@ contains
 
       !> Adds an error at the line of a tie, or at the first *RELEASE: nodes of releases have no line of their own in the deck.
       subroutine wrong_tie(i, message)
-         integer, intent(in) :: i ! the tie
+         integer, intent(in) :: i ! index of the tie
          character(*), intent(in) :: message
          deck%at = deck%names%tie_origin(i)
          if (deck%at%card > 0) then

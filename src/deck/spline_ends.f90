@@ -1,4 +1,4 @@
-!> Ends of a spline of the deck, of an obstacle or of a rod: closed, or with a direction beyond which its mirror image goes on.
+!> Ends of a spline in the deck, of an obstacle or of a rod: closed, or with a direction at which its mirror image continues it.
 module spline_ends
    use kinds, only: wp, degree
    use obstacle_shapes, only: mirrored
@@ -9,11 +9,11 @@ module spline_ends
 
 contains
 
-   !> Adds the points beyond the ends that the parameters ENDS, START and END of a card ask for; errors are added to the deck.
+   !> Adds the points behind the ends that parameters ENDS, START and END of a card request; errors are added to the deck.
    subroutine end_spline(deck, point, closed, ok)
-      type(checked_deck_t), intent(inout) :: deck       !! at the last line of the card
-      real(wp), allocatable, intent(inout) :: point(:, :) !! (2, points) neighbours are different
-      logical, intent(out) :: closed                    !! true: the last point is the first one again
+      type(checked_deck_t), intent(inout) :: deck       !! deck, with the position at the last line of the card
+      real(wp), allocatable, intent(inout) :: point(:, :) !! (2, points) points; neighbouring points are different
+      logical, intent(out) :: closed                    !! true: the last point equals the first
       logical, intent(out) :: ok                        !! false: there is an error
       logical :: at(2)
       real(wp) :: angle(2)

@@ -1,5 +1,5 @@
-!> Walls of several obstacles: contacts of a rod with obstacles that join (joined_obstacles), one behind the other along the rod,
-!> become one contact with the whole wall. Contact then passes their joint without a change. Forces are still reported for each
+!> Walls of several obstacles. If obstacles join (joined_obstacles), the contacts of a rod with them, one behind the other along the
+!> rod, become one contact with the whole wall. Contact then passes the joint without a change. Forces are still reported for each
 !> obstacle: on the part of the rod that its own *CONTACT names.
 module wall_pieces
    use kinds, only: wp
@@ -12,7 +12,7 @@ module wall_pieces
 
 contains
 
-   !> Joins the contacts of a model that are chosen for contact along the rod.
+   !> Joins those contacts of a model that may act anywhere along the rod.
    subroutine join_walls(model)
       type(model_t), intent(inout) :: model
       integer :: k, j
@@ -22,13 +22,13 @@ contains
          do while (k < size(model%contact) .and. j <= size(model%contact))
             joined = may_join(model, k, j)
             if (joined) call join(model, k, j, joined)
-            ! A longer wall may reach contacts that it did not reach before.
+            ! A longer wall may reach contacts that the shorter one did not reach.
             j = merge(k + 1, j + 1, joined)
          end do
       end do
    end subroutine join_walls
 
-   !> True if two contacts differ in nothing but obstacle and nodes, and meet at a node between two elements.
+   !> True if two contacts are equal in everything except obstacle and nodes, and meet at a node between two elements.
    logical function may_join(model, k, j)
       type(model_t), intent(in) :: model
       integer, intent(in) :: k, j
@@ -49,7 +49,7 @@ contains
                may_join = may_join .and. .not. (all(first(node)) .and. all(second(node)))
             end associate
          end do
-         ! An obstacle that the deck moves or reports alone needs contacts of its own.
+         ! An obstacle that the deck moves or reports separately needs its own contacts.
          do s = 1, size(model%step)
             associate (load => model%step(s)%load, o => [one%obstacle, other%obstacle])
                may_join = may_join .and. .not. (any(abs(load%motion(:, o(1)) - load%motion(:, o(2))) > 0.0_wp) .or. &
@@ -93,7 +93,7 @@ contains
       call move_alloc(left, model%contact)
    end subroutine join
 
-   !> Parts of a contact; one that was not joined is its own part.
+   !> Parts of a contact; a contact that was not joined is its only part.
    function parts(contact) result(part)
       type(contact_t), intent(in) :: contact
       type(contact_part_t), allocatable :: part(:)

@@ -3,15 +3,15 @@
 !>   sigma' = o (1 + e)        e = N/EA + e_T           theta' = k(sigma) sigma'     M = EI (theta' - k0 - k_T)
 !>   P' = k'(sigma) (1 + e) M - q_t                     P = N + o k M                q_t = q . (o tangent)
 !>
-!> ' is d/ds of the stress-free length s. theta, e, N, M: tangent angle, strain, axial force and moment of the rod; P: the force
-!> dual to sigma (see below). sigma, k and k': arc length, curvature of the track and its derivative by sigma (obstacle_track); o =
-!> 1 for a rod in the direction of the track, -1 against it; k0: stress-free curvature; e_T, k_T: thermal strain and curvature of
-!> the unstressed rod; q: dead load per unit stress-free length. Follower pressure is normal to the track and does no work along it.
-!> The rod has no shear strain.
+!> ' is the derivative d/ds by the stress-free length s. theta, e, N, M: tangent angle, strain, axial force and moment of the rod;
+!> P: the force dual to sigma (see below). sigma: arc length along the track; k and k': curvature of the track and its derivative by
+!> sigma (obstacle_track); o: 1 for a rod in the direction of the track, -1 against it; k0: stress-free curvature; e_T, k_T: thermal
+!> strain and curvature of the unstressed rod; q: dead load by stress-free length. Follower pressure is normal to the track and does
+!> no work along it. The rod has no shear strain.
 !>
 !> On the track the rod has one degree of freedom, sigma. With L = EA (e - e_T)^2/2 + EI (theta' - k0 - k_T)^2/2 - q . r the force
-!> dual to sigma is dL/d(sigma') = o P, and the equation of P' is Lagrange's equation. (sigma, o P) is thus a Hamiltonian system,
-!> Gauss collocation is symplectic, and the condensed tangent is symmetric.
+!> dual to sigma is dL/d(sigma') = o P, and the equation of P' is Lagrange's equation. (sigma, o P) is thus a Hamiltonian system; as
+!> Gauss collocation is symplectic, the condensed tangent is symmetric.
 !>
 !> N and M follow from sigma and P, a linear equation: N (1 + EI k^2/EA) = P - o k EI (o k (1 + e_T) - k0 - k_T).
 !> For an inextensible rod 1/EA = 0: sigma is then a function of s alone, and P is the constraint force. As in ge_element, the
@@ -23,7 +23,7 @@
 !> adds - h sum w_q (1 - b_i(tau_q)/b_i(1)) f_q . (o tangent) to P at stage i, and - h sum w_q f_q . (o tangent) to P at the second
 !> end. The tangent remains symmetric.
 !>
-!> Stored unknowns z = (P at the first end, P at the stages, sigma at the stages minus that of the first end) are condensed out
+!> The stored unknowns z = (P at the first end, P at the stages, sigma at the stages minus sigma at the first end) are condensed out
 !> here, as in ge_element: N is never computed as EA times a difference of coordinates.
 module conforming_element
    use kinds, only: wp
@@ -39,39 +39,42 @@ module conforming_element
    public :: conforming_size, conforming_columns, conforming_evaluate, conforming_output_t, new_output, output_at, &
       & conforming_resultants
 
-   integer, parameter :: conforming_columns = 4 !! columns of the update operator: sigma at both ends, residual, load factor
+   integer, parameter :: conforming_columns = 4 !! number of columns of the update operator: sigma at both ends, residual, load
+   !! factor
 
    !> Cross section of the rod at one point of the track.
    type :: section_t
-      real(wp) :: n = 0.0_wp, m = 0.0_wp    !! axial force, moment
+      real(wp) :: n = 0.0_wp, m = 0.0_wp    !! axial force N; moment M
       real(wp) :: stretch = 0.0_wp          !! 1 + e
       real(wp) :: pull = 0.0_wp             !! P' = k' (1 + e) M - q_t
-      ! Derivatives of sigma' (run) and P' (pull) by sigma, P and the load factor; that of P' by P is minus that of sigma' by sigma.
+      ! Derivatives of sigma' (run) and P' (pull) by sigma, P and the load factor; that of P' by P is minus that of sigma' by sigma:
       real(wp) :: run_by_sigma = 0.0_wp, run_by_p = 0.0_wp, run_by_load = 0.0_wp
       real(wp) :: pull_by_sigma = 0.0_wp, pull_by_load = 0.0_wp
    end type section_t
 
    !> Force of a foundation along the rod, at one point of its quadrature: f . (o tangent) [force/length].
-   type :: hold_t
+   type :: tangential_force_t
       real(wp) :: force = 0.0_wp
-      real(wp) :: by_place = 0.0_wp, by_load = 0.0_wp !! derivatives by sigma at the point and by the load factor
-      real(wp) :: by_stage(max_stages) = 0.0_wp, by_force(max_stages) = 0.0_wp !! derivatives by sigma and P at the stages
-   end type hold_t
+      real(wp) :: by_place = 0.0_wp, by_load = 0.0_wp !! derivatives of the force by sigma at the point and by the load factor
+      real(wp) :: by_stage(max_stages) = 0.0_wp, by_force(max_stages) = 0.0_wp !! derivatives of the force by sigma and by P at the
+      !! stages
+   end type tangential_force_t
 
-   !> Dense output of an element: the polynomials of sigma and P, and the data of the section.
+   !> Data of an element for the computation of points inside it: the polynomials of sigma and P, and the cross section.
    type :: conforming_output_t
       private
-      real(wp) :: sense = 1.0_wp, offset = 0.0_wp !! as in conforming_evaluate
-      real(wp) :: length = 1.0_wp           !! h
+      real(wp) :: sense = 1.0_wp, offset = 0.0_wp !! direction of the rod along the track, distance from the surface: see
+      !! conforming_evaluate
+      real(wp) :: length = 1.0_wp           !! stress-free length h
       type(ge_stiffness_t) :: compliance
       type(ge_load_t) :: load
-      type(track_t) :: near                 !! a point of the element's piece of the track
-      real(wp) :: sigma = 0.0_wp, p = 0.0_wp !! at the first end
+      type(track_t) :: near                 !! a point on the element's piece of the track
+      real(wp) :: sigma = 0.0_wp, p = 0.0_wp !! sigma and P at the first end
       real(wp) :: run(max_stages) = 0.0_wp, pull(max_stages) = 0.0_wp !! sigma' and P' at the stages, times the element's length
-      real(wp) :: miss = 0.0_wp             !! P at the second end minus that of its polynomial of degree s
+      real(wp) :: miss = 0.0_wp             !! P at the second end minus the value of its polynomial of degree s there
    end type conforming_output_t
 
-   ! Columns of the local linearisation before condensation.
+   ! Columns of the local linearisation before condensation:
    integer, parameter :: by_sigma = 1, by_p = 2, by_residual = 3, by_load = 4, n_by = 4
 
 contains
@@ -82,17 +85,17 @@ contains
       conforming_size = 1 + 2 * stages
    end function conforming_size
 
-   !> Forces at both ends, condensed tangent and the operator that updates the stored unknowns.
+   !> Computes the forces at both ends, the condensed tangent, and the operator that updates the stored unknowns.
    !>
-   !> Sign: f = (-o P, o P) at the first and second node, dual to their displacements along the tangent of the track, so that
-   !> the sum over elements minus the node loads vanishes in equilibrium. With ds the increments of sigma at both ends and dl
-   !> that of the load factor,
+   !> Sign: f = (-o P, o P) at the first and second node, dual to the displacements along the tangent of the track, so that in
+   !> equilibrium the sum over elements minus the node loads vanishes. With the increments ds of sigma at both ends and dl of the
+   !> load factor,
    !>   f + k ds - fl dl   are the end forces after one Newton step,   z + op (ds, 1, dl)   the stored unknowns.
    subroutine conforming_evaluate(tab, h, sense, bend, obstacle, offset, first, last, ahead, compliance, load, z, inner, f, raw, &
       & k, fl, op, defect, ok)
       type(tableau_t), intent(in) :: tab
       real(wp), intent(in) :: h                !! stress-free length
-      real(wp), intent(in) :: sense            !! o: 1 or -1
+      real(wp), intent(in) :: sense            !! o: 1: the rod has the direction of the track; -1: the opposite direction
       real(wp), intent(in) :: bend(:)          !! (stages) stress-free curvature at the stages
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset           !! distance of the rod's axis from the surface, towards the free side
@@ -106,13 +109,13 @@ contains
       real(wp), intent(out) :: raw(2)          !! end forces from the stored unknowns, without rounding errors multiplied by EA
       real(wp), intent(out) :: k(2, 2)         !! condensed tangent, symmetric
       real(wp), intent(out) :: fl(2)           !! minus the derivative of f by the load factor
-      real(wp), intent(out) :: op(:, :)        !! (conforming_size, conforming_columns)
-      real(wp), intent(out) :: defect(2)       !! largest residual of the internal equations for P [force] and for sigma [length]
-      logical, intent(out) :: ok               !! false: the internal system is singular or 1 + e <= 0; outputs undefined
+      real(wp), intent(out) :: op(:, :)        !! (conforming_size, conforming_columns) update operator of z
+      real(wp), intent(out) :: defect(2)       !! largest residual of the internal equations: for P [force], for sigma [length]
+      logical, intent(out) :: ok !! false: the internal system is singular or 1 + e <= 0; the other results are then undefined
       type(section_t) :: section(max_stages)
       type(track_t) :: near
-      type(hold_t) :: hold(inner%n)
-      real(wp) :: system(2 * max_stages, 2 * max_stages), rhs(n_by, 2 * max_stages), weight(2 * max_stages) ! equations are columns,
+      type(tangential_force_t) :: hold(inner%n)
+      real(wp) :: system(2 * max_stages, 2 * max_stages), rhs(n_by, 2 * max_stages), weight(2 * max_stages) ! columns are equations,
       ! see solve_small
       real(wp) :: dend(n_by), dtail(n_by), dsigma(n_by), dp(n_by), ends(conforming_columns)
       real(wp) :: residual_sigma, residual_p, end_defect, tail, line(2), line_rate(2), share
@@ -127,7 +130,7 @@ contains
       end do
       ok = all(section(:s)%stretch > 0.0_wp)
       do q = 1, inner%n
-         hold(q) = hold_at(track_at(obstacle, offset, first%sigma + sense * h * dot_product(inner%basis(:s, q), &
+         hold(q) = tangential_force_at(track_at(obstacle, offset, first%sigma + sense * h * dot_product(inner%basis(:s, q), &
             & section(:s)%stretch), near), sense, inner, q)
          associate (part => h * inner%basis(:s, q))
             hold(q)%by_stage(:s) = hold(q)%by_place * part * section(:s)%run_by_sigma
@@ -136,7 +139,7 @@ contains
          end associate
       end do
 
-      ! Linearised stage equations, those of sigma before those of P.
+      ! Linearised equations at the stages, first those of sigma, then those of P.
       defect = 0.0_wp
       system = 0.0_wp
       rhs = 0.0_wp
@@ -173,13 +176,13 @@ contains
          defect(1) = max(defect(1), abs(residual_p))
          defect(2) = max(defect(2), abs(residual_sigma))
       end do
-      ! Weight of force equations against length equations: the flexibility of the element.
+      ! Weight of force equations relative to length equations: the flexibility of the element.
       weight(:s) = 1.0_wp
       weight(s + 1:) = abs(h) * compliance%axial + abs(h)**3 * compliance%bending
       call solve_small(2 * s, system, rhs, singular, weight)
 
-      ! Increments of sigma (dend) and P (dtail) at the second end, minus the increments at the first end, as linear functions of
-      ! the columns: (increment of sigma at the first end, increment of P at the first end, 1, increment of the load factor).
+      ! Increments of sigma (dend) and P (dtail) at the second end, minus their increments at the first end, as linear functions of
+      ! the columns: increment of sigma at the first end, increment of P at the first end, 1, increment of the load factor.
       dend = 0.0_wp
       dtail = 0.0_wp
       dtail(by_p) = 1.0_wp
@@ -206,7 +209,7 @@ contains
          dtail(by_load) = dtail(by_load) - share * hold(q)%by_load
       end do
       defect(2) = max(defect(2), abs(end_defect))
-      ! The artificial extension acts at the second end only: the tangent is that of two elements in series, and symmetric.
+      ! The artificial extension acts at the second end only; the tangent is that of two elements in series, and symmetric.
       dend = dend + (sense * h * compliance%give) * dtail
 
       ! Condensation: the position of the second end determines the increment of P at the first end.
@@ -236,14 +239,14 @@ contains
       fl(2) = -sense * (dtail(by_p) * ends(4) + dtail(by_load))
    end subroutine conforming_evaluate
 
-   !> Dense output of an element, from the arguments of conforming_evaluate. The sum of loads does not contain the force of a
+   !> Data for points inside an element, from the arguments of conforming_evaluate. The sum of loads does not contain the force of a
    !> foundation: on a foundation P is the polynomial through the stored values and, if the foundation's forces are given, the value
    !> at the second end.
    pure type(conforming_output_t) function new_output(tab, h, sense, bend, obstacle, offset, first, last, compliance, load, z, &
       & founded, inner) result(output)
       type(tableau_t), intent(in) :: tab
       real(wp), intent(in) :: h, sense
-      real(wp), intent(in) :: bend(:)          !! (stages)
+      real(wp), intent(in) :: bend(:)          !! (stages) stress-free curvature
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset
       type(track_t), intent(in) :: first, last
@@ -253,7 +256,7 @@ contains
       logical, intent(in) :: founded           !! true: a foundation acts along the element
       type(inner_forces_t), intent(in), optional :: inner
       type(section_t) :: at
-      type(hold_t) :: hold
+      type(tangential_force_t) :: hold
       real(wp) :: line(2), line_rate(2), rise(1, max_stages), system(max_stages, max_stages)
       logical :: singular
       integer :: i, q, s
@@ -277,7 +280,7 @@ contains
       if (present(inner)) then
          output%miss = dot_product(tab%b(:s), output%pull(:s))
          do q = 1, inner%n
-            hold = hold_at(track_at(obstacle, offset, first%sigma + dot_product(inner%basis(:s, q), output%run(:s)), &
+            hold = tangential_force_at(track_at(obstacle, offset, first%sigma + dot_product(inner%basis(:s, q), output%run(:s)), &
                & output%near), sense, inner, q)
             output%miss = output%miss - h * inner%weight(q) * hold%force
          end do
@@ -289,12 +292,12 @@ contains
       if (present(inner)) output%miss = output%miss - dot_product(tab%b(:s), output%pull(:s))
    end function new_output
 
-   !> Track and force P at a position in an element.
+   !> Track and force P at a place in an element.
    pure subroutine output_at(output, tab, obstacle, tau, here, p)
       type(conforming_output_t), intent(in) :: output
       type(tableau_t), intent(in) :: tab
       type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: tau              !! 0 to 1 of the stress-free length
+      real(wp), intent(in) :: tau              !! place in the element, 0 to 1 of its stress-free length
       type(track_t), intent(out) :: here
       real(wp), intent(out) :: p !! force P at the point
       real(wp) :: basis(max_stages)
@@ -305,22 +308,22 @@ contains
          & p = p + output%miss * tau * product((tau - tab%c(:tab%stages)) / (1.0_wp - tab%c(:tab%stages)))
    end subroutine output_at
 
-   !> Resultants inside an element. As in ge_element: n' = -q - p J r' - f, m' = -r' x n, N positive in tension, Q along the normal
-   !> to the left of the rod. N and M follow from sigma and P at the point,
+   !> Section forces inside an element. As in ge_element: n' = -q - p J r' - f, m' = -r' x n, N positive in tension, Q along the
+   !> normal to the left of the rod. N and M follow from sigma and P at the point,
    !>   Q = -M'/(1 + e),   M' = EI (k' (1 + e)^2 + o k N'/EA - k0'),   N' = -o k M' - q_t,
-   !> and the reaction from equilibrium along the normal, with Q' from the derivatives of these equations.
+   !> and the reaction of the obstacle from equilibrium along the normal, with Q' from the derivatives of these equations.
    pure subroutine conforming_resultants(output, tab, obstacle, tau, k0, ground, here, n, q, m, density)
       type(conforming_output_t), intent(in) :: output
       type(tableau_t), intent(in) :: tab
       type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: tau              !! position, 0 to 1 of the stress-free length
-      real(wp), intent(in) :: k0(0:2)          !! stress-free curvature at the point, and its first two derivatives by the
+      real(wp), intent(in) :: tau              !! place in the element, 0 to 1 of its stress-free length
+      real(wp), intent(in) :: k0(0:2) !! stress-free curvature at the point, and its first two derivatives with respect to the
       !! stress-free length
-      real(wp), intent(in) :: ground(2, 0:1)   !! force of foundations per unit stress-free length, and its
-      !! derivative by this length
+      real(wp), intent(in) :: ground(2, 0:1) !! force of foundations by stress-free length, and its derivative with respect to this
+      !! length
       type(track_t), intent(out) :: here       !! the track at the point
       real(wp), intent(out) :: n, q, m         !! N, Q and M at the point
-      real(wp), intent(out), optional :: density !! reaction of the obstacle per unit stress-free length, positive if it presses
+      real(wp), intent(out), optional :: density !! reaction of the obstacle by stress-free length, > 0 where it presses
       type(section_t) :: at
       real(wp) :: p, ei, d, along, across, n1, m1, m2, stretch1, k1, k2, q1, normal(2), line(2), line_slope(2)
       call output_at(output, tab, obstacle, tau, here, p)
@@ -329,12 +332,12 @@ contains
          line_slope = line_slope / output%length + ground(:, 1)
          line = line + ground(:, 0)
          at = section_at(here, sense, k0(0), compliance, load, line, line_slope, p)
-         ! An iterate may have compressed the rod to a point.
+         ! The Newton iterate may have compressed the rod to a point.
          at%stretch = sign(max(abs(at%stretch), epsilon(q)), at%stretch)
          n = at%n
          m = at%m
 
-         ! M' after substitution of N'; k1 is (o k)'.
+         ! M' with N' substituted; k1 is (o k)'.
          ei = 1.0_wp / compliance%bending
          normal = [-here%tangent(2), here%tangent(1)]
          along = sense * dot_product(line, here%tangent)
@@ -356,8 +359,8 @@ contains
       end associate
    end subroutine conforming_resultants
 
-   !> Force of a foundation along the rod at a point of its quadrature, for the point `at` of the track.
-   pure type(hold_t) function hold_at(at, sense, inner, q) result(hold)
+   !> Force of a foundation along the rod at a quadrature point, whose place on the track is `at`.
+   pure type(tangential_force_t) function tangential_force_at(at, sense, inner, q) result(hold)
       type(track_t), intent(in) :: at
       real(wp), intent(in) :: sense
       type(inner_forces_t), intent(in) :: inner
@@ -368,7 +371,7 @@ contains
       hold%by_place = sense * (at%curvature * dot_product(inner%force(:, q), [-at%tangent(2), at%tangent(1)]) - &
          & inner%spring(q) * slope**2 - dot_product(at%tangent, matmul(inner%sway(:, :, q), at%tangent)))
       hold%by_load = sense * (inner%spring(q) * inner%approach(q) * slope + dot_product(inner%rate(:, q), at%tangent))
-   end function hold_at
+   end function tangential_force_at
 
    !> N, M and the right-hand sides of sigma' and P' with their derivatives, at the point `at` of the track for a given P.
    pure type(section_t) function section_at(at, sense, bend, compliance, load, line, line_rate, p) result(section)
@@ -377,7 +380,8 @@ contains
       real(wp), intent(in) :: bend             !! stress-free curvature
       type(ge_stiffness_t), intent(in) :: compliance
       type(ge_load_t), intent(in) :: load
-      real(wp), intent(in) :: line(2), line_rate(2) !! dead load at the point, and its derivative by the load factor
+      real(wp), intent(in) :: line(2), line_rate(2) !! dead load at the point by stress-free length; its derivative by the load
+      !! factor
       real(wp), intent(in) :: p
       real(wp) :: ei, d, k, unstretched, n_by_sigma, m_by_sigma, n_by_load, m_by_load, stretch_by_load
       ei = 1.0_wp / compliance%bending

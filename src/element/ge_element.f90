@@ -15,9 +15,9 @@
 !> With one stage the bending flexibility of a shear-rigid element would be singular; MacNeal's residual bending
 !> flexibility h^2/12EI is added to 1/GA there (R. H. MacNeal, Comput. & Struct. 8 (1978) 175-183): still order 2.
 !>
-!> The resultants are stored unknowns z = (n_x, n_y, m at the first end, m at the stages [, n at the stages if there is pressure or
-!> a foundation]), condensed out here, so that N is never computed as EA times a difference of coordinates: there is neither locking
-!> nor cancellation for large EA. Gauss collocation is symplectic, hence the condensed tangent is symmetric.
+!> The section forces are stored unknowns z = (n_x, n_y, m at the first end, m at the stages [, n at the stages if there is pressure
+!> or a foundation]). They are condensed out here. N is never computed as EA times a difference of coordinates, so that there is
+!> neither locking nor cancellation for large EA. As Gauss collocation is symplectic, the condensed tangent is symmetric.
 module ge_element
    use kinds, only: wp
    use gauss_tableau, only: tableau_t, max_stages
@@ -31,40 +31,40 @@ module ge_element
    private
    public :: ge_evaluate, ge_size, ge_columns
 
-   integer, parameter :: ge_columns = 8 !! columns of the update operator: six node displacements, residual, load factor
+   integer, parameter :: ge_columns = 8 !! number of columns of the update operator: six node displacements, residual, load factor
 
 contains
 
    !> Number of stored unknowns of an element.
    pure integer function ge_size(stages, loaded)
       integer, intent(in) :: stages
-      logical, intent(in) :: loaded          !! true: by pressure or a foundation
+      logical, intent(in) :: loaded          !! true: pressure or a foundation acts on the element
       ge_size = 3 + stages
       if (loaded) ge_size = ge_size + 2 * stages
    end function ge_size
 
-   !> Forces at both ends, condensed tangent and the operator that updates the stored unknowns.
+   !> Computes the forces at both ends, the condensed tangent, and the operator that updates the stored unknowns.
    !>
-   !> Sign: f = (-n, -m) at the first node and (n, m) at the second, so that the sum over elements minus the node loads
-   !> vanishes in equilibrium. With du the six node displacement increments and dl that of the load factor,
+   !> Sign: f = (-n, -m) at the first node and (n, m) at the second, so that in equilibrium the sum over elements minus the node
+   !> loads vanishes. With the increments du of the six node displacements and dl of the load factor,
    !>   f + k du - fl dl   are the end forces after one Newton step,   z + op (du, 1, dl)   the stored unknowns.
    subroutine ge_evaluate(tab, element, inner, f, raw, k, shift, fl, op, defect, ok, more_force)
       type(tableau_t), intent(in) :: tab
       type(ge_data_t), intent(in) :: element
-      type(inner_forces_t), intent(in) :: inner !! forces of foundations; require n at the stages in z
+      type(inner_forces_t), intent(in) :: inner !! forces of foundations; if there are any, z must contain n at the stages
       real(wp), intent(out) :: f(6)            !! condensed end forces: internal residuals eliminated
       real(wp), intent(out) :: raw(6)          !! end forces from the stored unknowns, without rounding errors multiplied by EA
       real(wp), intent(out) :: k(6, 6)         !! condensed tangent, symmetric
-      real(wp), intent(out) :: shift(6, 2)     !! k times a unit translation in x and in y: not zero on foundations only
+      real(wp), intent(out) :: shift(6, 2)     !! k times a unit translation in x and in y; not zero only if a foundation acts
       real(wp), intent(out) :: fl(6)           !! minus the derivative of f by the load factor
-      real(wp), intent(out) :: op(:, :)        !! (ge_size, ge_columns)
+      real(wp), intent(out) :: op(:, :)        !! (ge_size, ge_columns) update operator of z
       real(wp), intent(out) :: defect(2)       !! largest internal residual: of rotation [rad] and of position
-      logical, intent(out) :: ok               !! false: the internal system is singular; outputs undefined
-      real(wp), intent(in), optional :: more_force(:, :) !! (2, stages) additional n in the geometric stiffness only, not in
+      logical, intent(out) :: ok               !! false: the internal system is singular; the other results are then undefined
+      real(wp), intent(in), optional :: more_force(:, :) !! (2, stages) additional n that enters the geometric stiffness but not the
       !! residuals
 
       type(ge_stages_t) :: stages
-      real(wp), allocatable :: change(:, :) ! increments at the stages by the columns, see ge_equations
+      real(wp), allocatable :: change(:, :) ! increments at the stages as linear functions of the columns, see ge_equations
       real(wp) :: dend(n_by, 3), dtail(n_by, 3), end_defect(3), tail(3)
       real(wp) :: flexibility(3, 3), end_weight(3)
       real(wp), dimension(ge_columns + 2, 3) :: ends, tails
@@ -93,7 +93,7 @@ contains
    contains
 
       !> Increments of position and rotation (dend) and of n and m (dtail) at the second end, as linear functions of the columns:
-      !> (increments of the rotation, n and m at the first end, 1, load factor).
+      !> increments of rotation, n and m at the first end, 1, increment of the load factor.
       subroutine go_to_second_end()
          real(wp) :: rate(n_by, 3, max_stages) ! derivatives of r'/C and m'/C at the stages by the columns
          real(wp) :: drop(2), drop_rate(2), dphi(n_by), dn(n_by, 2), moved(n_by, 2), part
@@ -108,8 +108,8 @@ contains
          dtail(by_m, 3) = 1.0_wp
          dtail(by_load, 1:2) = -stages%h * drop_rate
          dend(by_load, 3) = stages%h * element%load%curvature_rate
-         ! Differences of displacements have smaller rounding errors than differences of positions, and C closes the stress-free
-         ! element.
+         ! Differences of displacements have smaller rounding errors than differences of positions. The factor C makes the
+         ! stress-free element close exactly.
          end_defect = [element%u(4:5) - element%u(1:2), element%u(6) - element%u(3) - stages%h * element%load%curvature]
          tail = element%z(1:3)
          tail(1:2) = tail(1:2) - stages%h * drop
@@ -153,7 +153,7 @@ contains
             dtail(by_load, 1:2) = dtail(by_load, 1:2) - pushed_rate
          end if
          do q = 1, inner%n
-            ! Increment of the position of the quadrature point.
+            ! Increment of the position of the quadrature point, as a linear function of the columns.
             moved = 0.0_wp
             moved(by_x, 1) = 1.0_wp
             moved(by_y, 2) = 1.0_wp
@@ -172,7 +172,7 @@ contains
          defect(2) = max(abs(end_defect(1)), abs(end_defect(2)))
       end subroutine go_to_second_end
 
-      !> Sets up the end conditions, whose solution is the increment of n and m at the first end.
+      !> Sets up the conditions at the second end, whose solution is the increment of n and m at the first end.
       subroutine set_up_end_conditions()
          integer :: i
          flexibility = dend(by_nx:by_m, :)
@@ -189,8 +189,8 @@ contains
             ends(i, i) = -1.0_wp
             ends(i + 3, i) = 1.0_wp
          end do
-         ! dend(by_rotation, 3) contains the rotation of the first end itself; the difference of the end rotations needs the rest
-         ! only.
+         ! dend(by_rotation, 3) contains the rotation of the first end itself, which is no part of the difference of the end
+         ! rotations.
          ends(3, 1:2) = ends(3, 1:2) - dend(by_rotation, 1:2)
          ends(3, 3) = -dend(by_rotation, 3)
          ends(7, :) = end_defect - dend(by_residual, :)
@@ -202,7 +202,7 @@ contains
          end if
       end subroutine set_up_end_conditions
 
-      !> End forces, tangent and the operator of the stored unknowns, from the increments at the first end.
+      !> Computes end forces, tangent and the update operator from the increments at the first end.
       subroutine condense()
          integer :: i, l
          op(1:3, :) = transpose(ends(:ge_columns, :))
@@ -231,7 +231,7 @@ contains
          f(4:6) = tail + tails(7, :) + dtail(by_residual, :)
          fl(1:3) = ends(8, :)
          fl(4:6) = -tails(8, :) - dtail(by_load, :)
-         ! Pressure gives a skew part that cancels between neighbouring elements; without it the band is symmetric.
+         ! Pressure gives a skew-symmetric part that cancels between neighbouring elements; without it the band matrix is symmetric.
          if (stages%stored) k = 0.5_wp * (k + transpose(k))
       end subroutine condense
    end subroutine ge_evaluate

@@ -1,5 +1,5 @@
 !> Linearised equations at the stages of a geometrically exact element, and their solution: the increments at the stages as linear
-!> functions of the increments at the first end. The equations are those of ge_element.
+!> functions of the increments at the first end. Notation and equations are those of ge_element.
 module ge_equations
    use kinds, only: wp
    use gauss_tableau, only: tableau_t, max_stages
@@ -11,24 +11,24 @@ module ge_equations
    private
    public :: solve_stages, by_rotation, by_nx, by_ny, by_m, by_residual, by_load, by_x, by_y, n_by
 
-   !> Columns of the increments: rotation, n and m at the first end, residual, load factor, position of the first node.
+   !> Columns of these linear functions: rotation, n and m at the first end, residual, load factor, position of the first node.
    integer, parameter :: by_rotation = 1, by_nx = 2, by_ny = 3, by_m = 4, by_residual = 5, by_load = 6, &
       & by_x = 7, by_y = 8, n_by = 8
-   real(wp), parameter :: moment_rounding = 8.0_wp * epsilon(1.0_wp) !! relative rounding error of a moment, as a sum of eight
+   real(wp), parameter :: moment_rounding = 8.0_wp * epsilon(1.0_wp) !! relative rounding error of a moment, which is a sum of eight
    !! products of force and length
 
 contains
 
-   !> Increments of m, of n if it is stored, and of the pressures of foundations.
+   !> Solves for the increments of m, of n if it is stored, and of the pressures of foundations, at the stages.
    subroutine solve_stages(tab, element, stages, inner, change, defect, singular)
       type(tableau_t), intent(in) :: tab
       type(ge_data_t), intent(in) :: element
       type(ge_stages_t), intent(in) :: stages
-      type(inner_forces_t), intent(in) :: inner !! forces of foundations; require n at the stages in z
+      type(inner_forces_t), intent(in) :: inner !! forces of foundations; if there are any, z must contain n at the stages
       real(wp), allocatable, intent(out) :: change(:, :) !! (n_by, unknowns) increments
       real(wp), intent(out) :: defect          !! largest residual, as a rotation
-      logical, intent(out) :: singular         !! true: a pivot was zero; increments undefined
-      real(wp), allocatable :: system(:, :), row_weight(:) ! equations are columns, see solve_small
+      logical, intent(out) :: singular         !! true: a pivot was zero, and the increments are undefined
+      real(wp), allocatable :: system(:, :), row_weight(:) ! columns are equations, see solve_small
       integer :: s, stored_by, unknowns
       s = stages%s
       stored_by = s
@@ -37,7 +37,7 @@ contains
       allocate (system(unknowns, unknowns), change(n_by, unknowns), row_weight(unknowns))
       system = 0.0_wp
       change = 0.0_wp
-      ! Weight of force equations against moment equations: a force times h is a moment, and a pressure times h**2.
+      ! Weight of force equations relative to moment equations: a force times h is a moment, a pressure times h**2 is a moment.
       row_weight(:s) = 1.0_wp
       row_weight(s + 1:stored_by) = stages%h
       row_weight(stored_by + 1:) = stages%h**2
@@ -49,7 +49,7 @@ contains
 
    contains
 
-      !> m_i = m_1 - integral of r' x n between the first end and every stage.
+      !> Adds the equations m_i = m_1 - integral of r' x n between the first end and stage i.
       subroutine add_moment_rows()
          integer :: i, j
          real(wp) :: part
@@ -73,7 +73,7 @@ contains
          end do
       end subroutine add_moment_rows
 
-      !> n_i = n_1 - dead load - pressure between the first end and every stage.
+      !> Adds the equations n_i = n_1 - dead load - pressure between the first end and stage i.
       subroutine add_force_rows()
          real(wp) :: pushed(2), pushed_rate(2), by_slope(2, 2, max_stages), by_shift(2, 2)
          integer :: row, a, b, i
@@ -106,11 +106,11 @@ contains
          end do
       end subroutine add_force_rows
 
-      !> Adds the forces of foundations to the rows of n, and one row for the pressure at each quadrature point: dp + spring *
-      !> normal.dx = spring * approach * dl. If the pressures were substituted into the rows of n, motions without resistance, such
-      !> as sliding along a stiff foundation, would be lost to cancellation.
+      !> Adds the forces of foundations to the equations of n, and one equation for the pressure at each quadrature point: dp +
+      !> spring * normal.dx = spring * approach * dl. If the pressures were substituted into the equations of n, motions without
+      !> resistance, such as sliding along a stiff foundation, would be lost to cancellation.
       subroutine add_foundation()
-         ! Displacement of the point: by_x, by_y, swing * rotation 1, along * dm, by_n * dn, heated * dl.
+         ! Displacement of the quadrature point: by_x, by_y, swing * rotation 1, along * dm, by_n * dn, heated * dl.
          real(wp) :: swing(2), along(max_stages, 2), by_n(2, 2, max_stages), heated(2), part, share
          integer :: row, a, b, q
          do q = 1, inner%n
@@ -162,12 +162,12 @@ contains
          end do
       end subroutine add_foundation
 
-      !> Residuals of moments and forces, as the rotations that they cause over the length of the element.
+      !> Residuals of moments and forces, expressed as the rotations that they cause over the length of the element.
       subroutine find_defect()
          real(wp) :: rounding, give
          give = stages%h * maxval(stages%bending(:s))
-         ! The rounding error of products of force and length is part of the moments and would strongly rotate a taut rod of very
-         ! small EI. The defect is reduced by this rounding error, and by no other.
+         ! The rounding error of products of force and length enters the moments and would strongly rotate a taut rod of very small
+         ! EI. The defect is reduced by this rounding error, and by no other one.
          rounding = moment_rounding * maxval(abs(stages%nn(:, :s))) * stages%h
          defect = max(0.0_wp, (maxval(abs(change(by_residual, :s))) - rounding) * give)
          if (stages%stored) defect = max(defect, maxval(abs(change(by_residual, s + 1:3 * s))) * stages%hc * give)

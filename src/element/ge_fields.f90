@@ -1,5 +1,5 @@
-!> Dense output of the geometrically exact element: section forces, positions and rotations between its nodes, from the stored
-!> unknowns. The equations are those of ge_element.
+!> Section forces, positions and rotations between the nodes of the geometrically exact element, from its stored unknowns. Notation
+!> and equations are those of ge_element.
 module ge_fields
    use kinds, only: wp
    use gauss_tableau, only: tableau_t, max_stages, stage_basis
@@ -13,11 +13,11 @@ module ge_fields
 
 contains
 
-   !> n and m at both ends from the stored unknowns without condensation, in global axes.
+   !> Computes n and m at both ends from the stored unknowns without condensation, in global axes.
    pure subroutine ge_end_forces(tab, element, first, second, inner)
       type(tableau_t), intent(in) :: tab
       type(ge_data_t), intent(in) :: element
-      real(wp), intent(out) :: first(3), second(3) !! (n_x, n_y, m)
+      real(wp), intent(out) :: first(3), second(3) !! (n_x, n_y, m) at the first and at the second end
       type(inner_forces_t), intent(in), optional :: inner
       real(wp) :: span(2)
       integer :: q
@@ -33,7 +33,7 @@ contains
    pure real(wp) function ge_rotation(tab, element, tau) result(rotation)
       type(tableau_t), intent(in) :: tab
       type(ge_data_t), intent(in) :: element
-      real(wp), intent(in) :: tau              !! position, 0 to 1 of the stress-free length
+      real(wp), intent(in) :: tau              !! place in the element, 0 to 1 of its stress-free length
       real(wp) :: basis(max_stages)
       call stage_basis(tab, tau, basis)
       associate (s => tab%stages, h => element%g%length, compliance => element%compliance)
@@ -42,25 +42,26 @@ contains
       end associate
    end function ge_rotation
 
-   !> Dense output of the collocation inside an element. n does not contain the forces of foundations along the element.
+   !> Position and section forces of the collocation inside an element. n does not contain the forces of foundations along the
+   !> element.
    pure subroutine ge_between(tab, element, rho, tau, span, resultant)
       type(tableau_t), intent(in) :: tab
       type(ge_data_t), intent(in) :: element
-      real(wp), intent(in) :: rho(:, :)        !! (2, at least stages) directions from ge_directions
-      real(wp), intent(in) :: tau              !! position, 0 to 1 of the stress-free length
-      real(wp), intent(out) :: span(2)         !! deformed position minus that of the first node
+      real(wp), intent(in) :: rho(:, :)        !! (2, at least stages) directions rho at the stages, from ge_directions
+      real(wp), intent(in) :: tau              !! place in the element, 0 to 1 of its stress-free length
+      real(wp), intent(out) :: span(2)         !! deformed position minus deformed position of the first node
       real(wp), intent(out) :: resultant(3)    !! (n_x, n_y, m) at the place
       real(wp) :: basis(max_stages)
       call stage_basis(tab, tau, basis)
       call sum_part(tab, element, rho, basis, span, resultant)
    end subroutine ge_between
 
-   !> The same as ge_between, with the quadrature weights given for the part of the element before the point.
+   !> Computes the results of ge_between for given quadrature weights of the part of the element before the point.
    pure subroutine sum_part(tab, element, rho, weight, span, resultant)
       type(tableau_t), intent(in) :: tab
       type(ge_data_t), intent(in) :: element
       real(wp), intent(in) :: rho(:, :)
-      real(wp), intent(in) :: weight(max_stages) !! (stages)
+      real(wp), intent(in) :: weight(max_stages) !! (stages) quadrature weights of this part of the element
       real(wp), intent(out) :: span(2), resultant(3)
       real(wp) :: nn(2), rate(2), pressure, step(2), scaled
       logical :: graded

@@ -1,5 +1,5 @@
-!> The stages of a geometrically exact element: section forces, strains and directions there, and their derivatives. The equations
-!> are those of ge_element.
+!> The stages of a geometrically exact element: section forces, strains and directions at the stages, and their derivatives.
+!> Notation and equations are those of ge_element.
 module ge_stages
    use kinds, only: wp
    use gauss_tableau, only: tableau_t, max_stages
@@ -9,33 +9,35 @@ module ge_stages
    private
    public :: ge_stages_t, find_stages, press_section, stage_force, ge_directions, ge_direction_changes, ge_direction_rates
 
-   !> Values at the stages of one element in one state. r'/C is rho, m'/C is g.
+   !> Values at the stages of one element in one state. rho is r'/C, g is m'/C.
    type :: ge_stages_t
       integer :: s
-      real(wp) :: h, hc                       !! stress-free length; the same times C
-      logical :: stored                       !! true: n at the stages is among the stored unknowns
-      logical :: pressed                      !! true: there is pressure
-      real(wp) :: bending(max_stages)         !! bending compliance
+      real(wp) :: h, hc                       !! stress-free length h; h times C
+      logical :: stored                       !! true: the stored unknowns include n at the stages
+      logical :: pressed                      !! true: pressure acts on the element
+      real(wp) :: bending(max_stages)         !! bending compliance 1/EI
       real(wp) :: turn(max_stages, max_stages) !! (j, i) derivative of the rotation at stage i by m at stage j
-      real(wp), dimension(2, max_stages) :: drop, drop_rate !! dead load between the first end and the stages
-      real(wp), dimension(2, max_stages) :: nn, t !! n, and the normal of the section
+      real(wp), dimension(2, max_stages) :: drop, drop_rate !! dead load between the first end and the stages; its derivative by the
+      !! load factor
+      real(wp), dimension(2, max_stages) :: nn, t !! section force n; unit normal t of the cross section
       real(wp), dimension(2, max_stages) :: rho, change !! rho, and rho minus its value in the stress-free element
       real(wp) :: g(max_stages)
-      real(wp) :: d(2, max_stages), bnn(3, max_stages) !! derivatives of rho by the rotation and by n (xx, xy, yy); by n that of g
-      !! is -d
+      real(wp) :: d(2, max_stages), bnn(3, max_stages) !! derivatives of rho by the rotation and by n (components xx, xy, yy); the
+      !! derivative of g by n is -d
       real(wp) :: g_phi(max_stages)           !! derivative of g by the rotation
-      real(wp) :: heat(2, max_stages), g_heat(max_stages) !! derivatives of rho and g by the load factor through heat
-      real(wp) :: pressure(max_stages), pressure_rate(max_stages) !! p, and its derivative by the load factor; set if pressed
+      real(wp) :: heat(2, max_stages), g_heat(max_stages) !! derivatives of rho and g by the load factor, caused by temperature
+      real(wp) :: pressure(max_stages), pressure_rate(max_stages) !! pressure p; its derivative by the load factor. Set only if
+      !! `pressed`
    end type ge_stages_t
 
 contains
 
-   !> Section forces, strains and their derivatives at the stages.
+   !> Computes section forces, strains and their derivatives at the stages.
    pure subroutine find_stages(tab, element, stages, more_force)
       type(tableau_t), intent(in) :: tab
       type(ge_data_t), intent(in) :: element
       type(ge_stages_t), intent(out) :: stages
-      real(wp), intent(in), optional :: more_force(:, :) !! (2, stages) additional n in the derivatives only
+      real(wp), intent(in), optional :: more_force(:, :) !! (2, stages) additional n that enters the derivatives only
       real(wp) :: phi, free, t(2), nu(2), axial, shear, axial_give, shear_give, beta, more(2), along, across, position(2)
       integer :: i, j, s
       s = tab%stages
@@ -74,7 +76,7 @@ contains
             a%g_phi(i) = free * axial + beta * (axial**2 - shear**2)
             a%d(:, i) = (beta * shear) * t + (free + beta * axial) * nu
             if (present(more_force)) then
-               ! The strains do not change, but a section with shear flexibility shears when it rotates under an axial force
+               ! The strains do not change; but a section with shear flexibility shears when it rotates under an axial force
                ! (Haringx).
                more = [dot_product(more_force(:, i), t), dot_product(more_force(:, i), nu)]
                across = free + beta * axial - shear_give * more(1)
@@ -97,13 +99,13 @@ contains
       end associate
    end subroutine find_stages
 
-   !> A section rotated by phi under a force: its normal, the components of the force, and rho minus its stress-free value, exact to
-   !> the rounding of displacements.
+   !> A cross section rotated by phi under a force: its normal, the components of the force, and rho minus its stress-free value,
+   !> accurate to the rounding of displacements.
    pure subroutine turn_section(phi, tangent, nn, strain, axial_give, shear_give, t, axial, shear, change)
-      real(wp), intent(in) :: phi              !! rotation
-      real(wp), intent(in) :: tangent(2)       !! the stress-free normal
-      real(wp), intent(in) :: nn(2), strain    !! n; thermal strain
-      real(wp), intent(in) :: axial_give, shear_give !! compliances
+      real(wp), intent(in) :: phi              !! rotation of the cross section [rad]
+      real(wp), intent(in) :: tangent(2)       !! unit normal of the stress-free cross section
+      real(wp), intent(in) :: nn(2), strain    !! force n; thermal strain
+      real(wp), intent(in) :: axial_give, shear_give !! axial and shear compliance
       real(wp), intent(out) :: t(2), axial, shear, change(2)
       real(wp) :: half
       half = 0.5_wp * phi
@@ -114,13 +116,13 @@ contains
       change = change + (strain + axial * axial_give) * t + (shear * shear_give) * [-t(2), t(1)]
    end subroutine turn_section
 
-   !> Force of the pressure on a part of the element, sum of weight p J r' over the stages, and its derivatives.
+   !> Force of the pressure on a part of the element (sum over the stages of weight p J r'), and its derivatives.
    pure subroutine press_section(tab, element, stages, weight, force, force_rate, by_slope, by_shift)
       type(tableau_t), intent(in) :: tab
       type(ge_data_t), intent(in) :: element
       type(ge_stages_t), intent(in) :: stages
       real(wp), intent(in) :: weight(:)                 !! (stages) quadrature weights of the part
-      real(wp), intent(out) :: force(2), force_rate(2)  !! force, and its derivative by the load factor
+      real(wp), intent(out) :: force(2), force_rate(2)  !! force; its derivative by the load factor
       real(wp), intent(out) :: by_slope(2, 2, max_stages) !! derivatives by r'/C at the stages
       real(wp), intent(out) :: by_shift(2, 2)           !! derivative by the position of the first node
       real(wp) :: side(2)
@@ -161,22 +163,22 @@ contains
       end associate
    end function stage_force
 
-   !> Derivative of the position by the stress-free arc length, divided by C, at the stages: rho.
+   !> rho at the stages: derivative of the position by the stress-free arc length, divided by C.
    pure function ge_directions(tab, element) result(rho)
       type(tableau_t), intent(in) :: tab
       type(ge_data_t), intent(in) :: element
-      real(wp) :: rho(2, max_stages)           !! set up to the last stage
+      real(wp) :: rho(2, max_stages)           !! (2, stages) only the element's stages are set
       rho = ge_direction_changes(tab, element)
       associate (s => tab%stages)
          rho(:, :s) = rho(:, :s) + element%g%tangent(:, :s)
       end associate
    end function ge_directions
 
-   !> Result of ge_directions minus its value in the stress-free element, exact to the rounding of displacements.
+   !> Change of rho from the stress-free element, accurate to the rounding of displacements.
    pure function ge_direction_changes(tab, element) result(change)
       type(tableau_t), intent(in) :: tab
       type(ge_data_t), intent(in) :: element
-      real(wp) :: change(2, max_stages)        !! set up to the last stage
+      real(wp) :: change(2, max_stages)        !! (2, stages) only the element's stages are set
       real(wp) :: phi, t(2), axial, shear
       integer :: i
       associate (s => tab%stages, h => element%g%length, compliance => element%compliance, &
@@ -190,13 +192,13 @@ contains
       end associate
    end function ge_direction_changes
 
-   !> Change of the result of ge_directions due to changes of the first node's rotation, the stored resultants and the load factor.
+   !> Change of rho caused by changes of the first node's rotation, the stored unknowns and the load factor.
    pure function ge_direction_rates(tab, element, du, dz, load_change) result(rate)
       type(tableau_t), intent(in) :: tab
       type(ge_data_t), intent(in) :: element
       real(wp), intent(in) :: du(6), dz(:)     !! changes of the displacements and of the stored unknowns
       real(wp), intent(in) :: load_change      !! change of the load factor
-      real(wp) :: rate(2, max_stages)          !! set up to the last stage
+      real(wp) :: rate(2, max_stages)          !! (2, stages) only the element's stages are set
       type(ge_stages_t) :: at
       real(wp) :: dn(2)
       integer :: i, s

@@ -6,22 +6,22 @@ module inner_forces
    private
    public :: inner_forces_t, clear_forces, add_force
 
-   !> Quadrature of the force per unit stress-free length. For increments dl of the load factor and dx of a point's position the
-   !> force is
+   !> Quadrature of the force by stress-free length. For the increments dl of the load factor and dx of a point's position the force
+   !> is
    !>   force + normal * dp + rate * dl - sway * dx,   dp = spring * (approach * dl - normal.dx)
    type :: inner_forces_t
       integer :: n = 0
       real(wp), allocatable :: tau(:)             !! (n) position, 0 to 1 of the stress-free length
       real(wp), allocatable :: weight(:)          !! (n) quadrature weight, as part of the element's length
-      real(wp), allocatable :: basis(:, :)        !! (max_stages, n) stage_basis at the point
-      real(wp), allocatable :: force(:, :)        !! (2, n) [force/length]
+      real(wp), allocatable :: basis(:, :)        !! (max_stages, n) values of stage_basis at the point
+      real(wp), allocatable :: force(:, :)        !! (2, n) force by stress-free length [force/length]
       real(wp), allocatable :: normal(:, :)       !! (2, n) unit normal of the surface
       real(wp), allocatable :: spring(:)          !! (n) derivative of the pressure (force along the normal) by the penetration
-      real(wp), allocatable :: approach(:)        !! (n) derivative of the penetration by the load factor, without the motion of the
-      !! point
-      real(wp), allocatable :: sway(:, :, :)      !! (2, 2, n) symmetric: stiffness other than that of the spring
-      real(wp), allocatable :: rate(:, :)         !! (2, n) derivative of the force by the load factor, without that of the spring
-      ! For reports; not used in the element.
+      real(wp), allocatable :: approach(:) !! (n) derivative of the penetration by the load factor at a fixed point of the rod
+      real(wp), allocatable :: sway(:, :, :)      !! (2, 2, n) symmetric stiffness in addition to that of the spring
+      real(wp), allocatable :: rate(:, :) !! (2, n) derivative of the force by the load factor, without the contribution of the
+      !! spring
+      ! For reports only; the element does not use them:
       integer, allocatable :: source(:)           !! (n) candidate whose contact exerts the force
       real(wp), allocatable :: x(:, :)            !! (2, n) deformed position of the point
       real(wp), allocatable :: pressure(:)        !! (n) component of the force along the normal
@@ -36,7 +36,7 @@ contains
       list%n = 0
    end subroutine clear_forces
 
-   !> Adds space for one more point and returns the point's number; the caller sets its values.
+   !> Adds space for one more point and returns the index of this point; the caller sets its values.
    subroutine add_force(list, number)
       type(inner_forces_t), intent(inout) :: list
       integer, intent(out) :: number

@@ -1,7 +1,7 @@
 !> Stress-free geometry of every element, in the form that the element modules use.
 !>
-!> The geometry belongs to the state, not to the model, because a moving touchdown point moves its node along the rod and changes
-!> the lengths of the elements on both sides.
+!> The geometry belongs to the state, not to the model: a moving touchdown point moves its node along the rod and changes the
+!> lengths of the elements on both sides.
 module rod_geometry
    use kinds, only: wp
    use model, only: model_t, curve_t, imperfection_t
@@ -14,15 +14,15 @@ module rod_geometry
 
    !> Stress-free geometry of one element.
    type :: element_geometry_t
-      real(wp) :: s(2) = 0.0_wp               !! nominal coordinates of both ends; 0 for elements on no curve
-      real(wp) :: excess(2) = 0.0_wp          !! curve_excess at the first end; 0 for elements on no curve
+      real(wp) :: s(2) = 0.0_wp               !! nominal coordinates of both ends; 0 if the element is not on a curve
+      real(wp) :: excess(2) = 0.0_wp          !! value of curve_excess at the first end; 0 if the element is not on a curve
       real(wp) :: length = 0.0_wp             !! stress-free length
-      real(wp) :: scale = 1.0_wp              !! C of the GE element
-      real(wp) :: chord(2) = 0.0_wp           !! node 2 minus node 1
-      real(wp) :: at(max_stages) = 0.0_wp     !! nominal coordinates of the stages (GE)
-      real(wp) :: angle(max_stages) = 0.0_wp  !! tangent angle at the stages (GE)
-      real(wp) :: tangent(2, max_stages) = 0.0_wp !! cosine and sine of `angle` (GE)
-      real(wp) :: end_angle(2) = 0.0_wp       !! tangent angle at both ends
+      real(wp) :: scale = 1.0_wp              !! factor C of the GE element
+      real(wp) :: chord(2) = 0.0_wp           !! stress-free vector from the first to the second node
+      real(wp) :: at(max_stages) = 0.0_wp     !! nominal coordinates of the stages (GE elements)
+      real(wp) :: angle(max_stages) = 0.0_wp  !! tangent angle at the stages (GE elements) [rad]
+      real(wp) :: tangent(2, max_stages) = 0.0_wp !! cosine and sine of `angle` (GE elements)
+      real(wp) :: end_angle(2) = 0.0_wp       !! tangent angle at both ends [rad]
    end type element_geometry_t
 
    !> Stress-free geometry of all elements and nodes.
@@ -30,7 +30,7 @@ module rod_geometry
       type(element_geometry_t), allocatable :: element(:)
       real(wp), allocatable :: x(:, :)        !! (2, nodes) stress-free position of the nodes
       real(wp), allocatable :: sample(:, :, :) !! (distributions, max_stages, elements) values of the model's distributions at the
-      !! stages; zero where they are not defined. Not allocated: the model has none
+      !! stages; zero where they are not defined. Not allocated: the model has no distributions
    end type geometry_t
 
 contains
@@ -59,7 +59,7 @@ contains
    subroutine take_samples(model, geometry, wanted)
       type(model_t), intent(in) :: model
       type(geometry_t), intent(inout) :: geometry
-      logical, intent(in) :: wanted(:)            !! (elements) true: the element has moved along its curve
+      logical, intent(in) :: wanted(:) !! (elements) true: the element has moved along its curve, and its values are evaluated
       character(:), allocatable :: wrong
       real(wp) :: x(2), angle, speed
       integer :: e, i, k, c
@@ -83,12 +83,13 @@ contains
       end do
    end subroutine take_samples
 
-   !> Geometry of the same nodes for other numbers of stages. Elements between the same positions in `known` are taken from there.
+   !> Geometry with the same nodes for another number of stages. Elements with the same end coordinates in `known` are copied from
+   !> it.
    function with_other_stages(model, tableau, geometry, known) result(new)
       type(model_t), intent(in) :: model          !! model with the new numbers of stages
       type(tableau_t), intent(in) :: tableau(:)
       type(geometry_t), intent(in) :: geometry
-      type(geometry_t), intent(in) :: known       !! earlier result for the same model; without elements: none
+      type(geometry_t), intent(in) :: known       !! earlier result for the same model, or a geometry without elements
       type(geometry_t) :: new
       integer :: e
       logical :: moved(model%mesh%n_elements)
@@ -116,14 +117,14 @@ contains
       call take_samples(model, new, moved)
    end function with_other_stages
 
-   !> True if two elements have exactly the same position on the same curve.
+   !> True if two elements have exactly the same end coordinates on the same curve.
    pure logical function stands_still(one, other) result(same)
       type(element_geometry_t), intent(in) :: one, other
       same = all(abs([one%s - other%s, one%chord - other%chord, one%end_angle - other%end_angle]) <= 0.0_wp) .and. &
          & abs(one%length - other%length) <= 0.0_wp
    end function stands_still
 
-   !> Geometry of one element between two nominal coordinates, with nodes at x1 and x2.
+   !> Geometry of an element between two nominal coordinates, with its nodes at the positions x1 and x2.
    pure function element_geometry(model, tableau, e, s, x1, x2) result(g)
       type(model_t), intent(in) :: model
       type(tableau_t), intent(in) :: tableau(:)
@@ -151,7 +152,7 @@ contains
       call place_stages(model, tableau(model%mesh%stages(e)), e, g)
    end function element_geometry
 
-   !> Tangent direction [rad] at a nominal coordinate of a curve, as curve_point gives it.
+   !> Tangent angle [rad] at a nominal coordinate of a curve, as from curve_point.
    pure real(wp) function curve_angle(curve, imperfections, s) result(angle)
       type(curve_t), intent(in) :: curve
       type(imperfection_t), intent(in) :: imperfections(:)
@@ -164,23 +165,24 @@ contains
       end if
    end function curve_angle
 
-   !> Angles of an element that lies on no curve.
+   !> Sets the angles of an element that is not on a curve.
    pure subroutine keep_straight(g)
-      type(element_geometry_t), intent(inout) :: g !! in: with chord and end coordinates
+      type(element_geometry_t), intent(inout) :: g !! in: its chord and end coordinates are set
       g%angle = g%end_angle(1)
       g%tangent(1, :) = cos(g%angle(1))
       g%tangent(2, :) = sin(g%angle(1))
    end subroutine keep_straight
 
-   !> Positions and angles of the stages of an element on a curve.
+   !> Sets positions and angles of the stages of an element on a curve.
    !>
-   !> Gauss quadrature of the exact tangent misses the chord by O(h^(2s+1)). A factor C and a common rotation of the stage angles,
-   !> both of the same order, remove this error, so that the stress-free state has exactly no stress for any rotation.
+   !> The Gauss quadrature of the exact tangent differs from the chord by O(h^(2s+1)). A factor C and a common rotation of the
+   !> stages' angles, both of the same order, remove this difference: the stress-free state then has exactly no stress, however the
+   !> element is rotated.
    pure subroutine place_stages(model, tab, e, g)
       type(model_t), intent(in) :: model
       type(tableau_t), intent(in) :: tab
       integer, intent(in) :: e
-      type(element_geometry_t), intent(inout) :: g !! in: with ends, chord and length
+      type(element_geometry_t), intent(inout) :: g !! in: its ends, chord and length are set
       real(wp) :: quadrature(2), turn
       integer :: i
       associate (curve => model%curve(model%mesh%curve(e)))
@@ -205,12 +207,12 @@ contains
       end associate
    end subroutine place_stages
 
-   !> Moves many nodes at once, each along its own curve.
+   !> Moves many nodes at once, each along its curve.
    subroutine shift_nodes(model, tableau, shift, geometry)
       type(model_t), intent(in) :: model
       type(tableau_t), intent(in) :: tableau(:)
-      real(wp), intent(in) :: shift(:)           !! (nodes) distance in the nominal coordinate; 0 except between two elements of one
-      !! curve
+      real(wp), intent(in) :: shift(:) !! (nodes) distance in the nominal coordinate; 0 for nodes that are not between two elements
+      !! of one curve
       type(geometry_t), intent(inout) :: geometry
       real(wp) :: angle, speed, s(2)
       integer :: e

@@ -1,5 +1,5 @@
-!> Distributed loads on one rod element. A dead load is the polynomial through its values at the stages, or uniform. Procedures give
-!> its value at a point, or its sum over a part of the element; a uniform load needs no values at the stages.
+!> Distributed loads on one rod element. A dead load is either uniform or the polynomial through its values at the stages.
+!> Procedures compute its value at a point or its sum over a part of the element.
 module rod_load
    use kinds, only: wp
    use gauss_tableau, only: tableau_t, max_stages
@@ -7,30 +7,33 @@ module rod_load
    private
    public :: ge_load_t, variation_t, acts, largest_line, line_at_stage, line_before, sum_line, line_at
 
-   !> Difference of a varying dead load at the stages from its uniform part; zero after the last stage.
+   !> Difference between a varying dead load and its uniform part at the stages; entries behind the last stage are zero.
    type :: variation_t
       real(wp), dimension(2, max_stages) :: line = 0.0_wp, line_rate = 0.0_wp
    end type variation_t
 
-   !> Element load at the present load factor, and its derivative by the load factor.
+   !> Loads of an element at the present load factor, and their derivatives by the load factor.
    type :: ge_load_t
-      real(wp) :: line(2) = 0.0_wp, line_rate(2) = 0.0_wp     !! q; of a dead load that varies the part that is the same everywhere
-      type(variation_t), allocatable :: more                  !! not allocated: q is the same everywhere
-      real(wp) :: pressure = 0.0_wp, pressure_rate = 0.0_wp   !! p at the deformed position of the first node
-      real(wp) :: gradient(2) = 0.0_wp, gradient_rate(2) = 0.0_wp !! derivative of p by the deformed position
+      real(wp) :: line(2) = 0.0_wp, line_rate(2) = 0.0_wp !! uniform part of the dead load q [force/length]; its derivative by the
+      !! load factor
+      type(variation_t), allocatable :: more                  !! varying part of the dead load q; not allocated: q is uniform
+      real(wp) :: pressure = 0.0_wp, pressure_rate = 0.0_wp !! pressure p at the deformed position of the first node; its derivative
+      !! by the load factor
+      real(wp) :: gradient(2) = 0.0_wp, gradient_rate(2) = 0.0_wp !! derivative of p by the deformed position (x, y); its derivative
+      !! by the load factor
       real(wp) :: strain = 0.0_wp, strain_rate = 0.0_wp       !! thermal strain e of the unstressed rod
       real(wp) :: curvature = 0.0_wp, curvature_rate = 0.0_wp !! thermal curvature k of the unstressed rod
    end type ge_load_t
 
 contains
 
-   !> False for an element without dead load and pressure at the present load factor.
+   !> True if an element has dead load or pressure at the present load factor.
    pure logical function acts(load)
       type(ge_load_t), intent(in) :: load
       acts = allocated(load%more) .or. any(abs([load%line, load%pressure, load%gradient]) > 0.0_wp)
    end function acts
 
-   !> Largest size of both components of the dead load along the element.
+   !> Largest magnitude of each component of the dead load along the element.
    pure function largest_line(load) result(largest)
       type(ge_load_t), intent(in) :: load
       real(wp) :: largest(2)
@@ -39,11 +42,11 @@ contains
       largest = [maxval(abs(load%line(1) + load%more%line(1, :))), maxval(abs(load%line(2) + load%more%line(2, :)))]
    end function largest_line
 
-   !> Dead load at a stage; an element without stages has one value.
+   !> Dead load at a stage; an element without stages has a single value.
    pure subroutine line_at_stage(load, stage, line, rate)
       type(ge_load_t), intent(in) :: load
       integer, intent(in) :: stage
-      real(wp), intent(out) :: line(2), rate(2) !! q, and its derivative by the load factor
+      real(wp), intent(out) :: line(2), rate(2) !! dead load q; its derivative by the load factor
       line = load%line
       rate = load%line_rate
       if (.not. allocated(load%more)) return
@@ -51,12 +54,12 @@ contains
       rate = rate + load%more%line_rate(:, stage)
    end subroutine line_at_stage
 
-   !> Dead load between the first end and a stage, as part of the element's length.
+   !> Sum of the dead load between the first end and a stage, over the element's length.
    pure subroutine line_before(tab, load, stage, line, rate)
       type(tableau_t), intent(in) :: tab
       type(ge_load_t), intent(in) :: load
       integer, intent(in) :: stage
-      real(wp), intent(out) :: line(2), rate(2) !! of q, and of its derivative by the load factor
+      real(wp), intent(out) :: line(2), rate(2) !! sum of q; sum of its derivative by the load factor
       integer :: j
       ! Forces of foundations, which may balance the load, are summed in the same way.
       line = tab%before(stage) * load%line
@@ -68,12 +71,12 @@ contains
       end do
    end subroutine line_before
 
-   !> Sum of the dead load at the stages times weights.
+   !> Sum over the stages of dead load times weight.
    pure subroutine sum_line(tab, load, weight, line, rate)
       type(tableau_t), intent(in) :: tab
       type(ge_load_t), intent(in) :: load
-      real(wp), intent(in) :: weight(max_stages) !! (stages)
-      real(wp), intent(out) :: line(2), rate(2) !! of q, and of its derivative by the load factor
+      real(wp), intent(in) :: weight(max_stages) !! (stages) weights
+      real(wp), intent(out) :: line(2), rate(2) !! sum of q; sum of its derivative by the load factor
       real(wp) :: whole
       whole = sum(weight(:tab%stages))
       line = whole * load%line
@@ -83,13 +86,13 @@ contains
       rate = rate + matmul(load%more%line_rate(:, :tab%stages), weight(:tab%stages))
    end subroutine sum_line
 
-   !> Dead load at a position in an element.
+   !> Dead load at a place in an element.
    pure subroutine line_at(tab, load, tau, line, slope)
       type(tableau_t), intent(in) :: tab
       type(ge_load_t), intent(in) :: load
-      real(wp), intent(in) :: tau              !! position, 0 to 1 of the stress-free length
-      real(wp), intent(out) :: line(2)         !! q
-      real(wp), intent(out) :: slope(2)        !! its derivative by tau
+      real(wp), intent(in) :: tau              !! place in the element, 0 to 1 of its stress-free length
+      real(wp), intent(out) :: line(2)         !! dead load q
+      real(wp), intent(out) :: slope(2)        !! derivative of q by tau
       real(wp) :: basis(max_stages), rate(max_stages)
       integer :: k, s
       line = load%line

@@ -1,4 +1,4 @@
-!> Sections and dead loads that vary along the rods, at the stages of an element.
+!> Sections and dead loads that vary along the rods, evaluated at the stages of an element.
 module rod_samples
    use kinds, only: wp
    use model, only: model_t
@@ -21,7 +21,7 @@ contains
       if (varies(section)) section = local_section(section, geometry%sample(:, stage, e))
    end function stage_section
 
-   !> The section of an element; if it varies, the section with the mean dimensions of the stages.
+   !> The section of an element; if it varies, the section with the mean dimensions of all stages.
    pure function middle_section(model, geometry, e) result(section)
       type(model_t), intent(in) :: model
       type(geometry_t), intent(in) :: geometry
@@ -34,14 +34,14 @@ contains
       end associate
    end function middle_section
 
-   !> Adds the varying dead loads of a pattern at the stages of an element; an element without stages has one value.
+   !> Adds the varying dead loads of a pattern at the stages of an element; an element without stages has a single value.
    pure subroutine add_line_loads(model, geometry, e, load, line, varies)
       type(model_t), intent(in) :: model
       type(geometry_t), intent(in) :: geometry
       integer, intent(in) :: e
       type(load_t), intent(in) :: load
-      real(wp), intent(inout) :: line(:, :)     !! (2, max(stages, 1)) [force/length] per stress-free length
-      logical, intent(inout) :: varies          !! set to true if there is one on the element
+      real(wp), intent(inout) :: line(:, :)     !! (2, max(stages, 1)) dead load by stress-free length [force/length]
+      logical, intent(inout) :: varies          !! set to true if a varying dead load acts on the element
       type(section_t) :: section
       real(wp) :: t(2), intensity
       integer :: i, k

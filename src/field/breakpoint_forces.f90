@@ -23,8 +23,8 @@ contains
       end associate
    end function at_breakpoint
 
-   !> True if a support carries the whole force that the obstacle could exert on a contact node: the node is fixed with and without
-   !> contact.
+   !> True if a support carries the whole force that the obstacle could exert on a contact node, because it fixes the node with and
+   !> without contact.
    pure logical function stands(problem, state, candidate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -34,8 +34,8 @@ contains
       stands = .not. may_react(problem, candidate, [-track%tangent(2), track%tangent(1)])
    end function stands
 
-   !> Concentrated force of the obstacle at a segment boundary, > 0 in compression: the reaction, which balances free elements,
-   !> loads and springs, and the jump of Q between elements on the track. Zero if supports carry the whole force.
+   !> Concentrated force of the obstacle at a segment boundary, > 0 in compression: the reaction that balances free elements, loads
+   !> and springs, plus the jump of Q between elements on the track. Zero if supports carry the whole force.
    real(wp) function breakpoint_force(problem, state, candidate) result(force)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -57,10 +57,10 @@ contains
       end do
    end function breakpoint_force
 
-   !> Couple that an obstacle would have to exert on a line contact's node at a segment boundary, where the rod has the direction of
-   !> the track: the unbalanced couple of loads, springs and free elements, and the jump of the moment between elements on the
-   !> track. No obstacle exerts a couple, so that it is zero in a valid contact set. > 0 counterclockwise; zero if a support carries
-   !> the couple.
+   !> Couple that the obstacle would have to exert on a line contact's node at a segment boundary, where the rod has the direction
+   !> of the track: the unbalanced couple of loads, springs and free elements, plus the jump of the moment between elements on the
+   !> track; > 0 counterclockwise. No obstacle exerts a couple; it is therefore zero in a valid contact set. Zero if a support
+   !> carries the couple.
    real(wp) function breakpoint_couple(problem, state, candidate) result(couple)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -81,7 +81,7 @@ contains
       end associate
    end function breakpoint_couple
 
-   !> Bound, relative to the force scale, of forces that may be residuals of the iteration.
+   !> Bound, over the force scale, of forces that may be residuals of the Newton iteration.
    pure real(wp) function left_over(problem)
       type(problem_t), intent(in) :: problem
       left_over = max(10.0_wp * problem%model%step(problem%step)%tolerance, 1.0e-10_wp)

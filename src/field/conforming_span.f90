@@ -1,8 +1,8 @@
 !> Rods in line contact: conforming elements on the obstacle's track, and nodes at which the rod has the direction of the track.
 !>
-!> The track is the curve at the distance of the gap's offset from the surface (track_nodes). A node in line contact has one
-!> unknown, its position along the track, which determines rotation and normal displacement. The elements between two such nodes are
-!> conforming elements; their end forces depend on these two positions only.
+!> The track is the curve at the distance GAP (offset of the gap) from the surface (track_nodes). A node in line contact has one
+!> unknown, its position along the track, which determines its rotation and its normal displacement. The elements between two such
+!> nodes are conforming elements; their end forces depend on these two positions only.
 module conforming_span
    use kinds, only: wp, pi
    use problem, only: problem_t
@@ -21,31 +21,31 @@ module conforming_span
    use track_nodes, only: node_track, foot, track_sense, bend_at
    implicit none
    private
-   public :: evaluate_conforming, lying_t, conforming_forces, conforming_displacement, conforming_change, &
+   public :: evaluate_conforming, conforming_state_t, conforming_forces, conforming_displacement, conforming_change, &
       & conforming_resultant, conforming_track, track_below, conforming_guess, density_samples, smooth_parts
 
-   integer, parameter :: density_samples = 4 !! number of equal parts of a smooth part of an element (smooth_parts) at whose ends
-   !! the density of the contact force is sampled
+   integer, parameter :: density_samples = 4 !! number of equal parts of a smooth part of an element (smooth_parts); the density of
+   !! the contact force is sampled at their ends
 
-   !> Dense output of a conforming element in one state, stored to evaluate several points.
-   type :: lying_t
+   !> Conforming element in one state, evaluated once and stored to compute several points of it.
+   type :: conforming_state_t
       private
-      integer :: element = 0          !! 0: undefined
-      real(wp) :: sense = 1.0_wp      !! see track_sense
-      type(pose_t) :: pose            !! of the obstacle
+      integer :: element = 0          !! index of the element; 0: undefined
+      real(wp) :: sense = 1.0_wp      !! 1: the rod has the direction of the track; -1: the opposite direction (track_sense)
+      type(pose_t) :: pose            !! present position of the obstacle
       type(conforming_output_t) :: output
-   end type lying_t
+   end type conforming_state_t
 
 contains
 
    !> Number of equal parts into which a part of a conforming element is divided so that the density of the contact force is smooth
-   !> in each. The density contains the second derivative of the stress-free curvature, which may vary along an element however long
-   !> this is, for a rod on its obstacle needs no short elements.
+   !> in each. The density contains the second derivative of the stress-free curvature. This may vary along an element, which can be
+   !> long, because a rod on its obstacle needs no short elements.
    pure integer function smooth_parts(problem, state, e, share) result(parts)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: share                 !! length of the part / length of the element
+      real(wp), intent(in) :: share                 !! length of the part over the length of the element
       parts = 1
       associate (c => problem%model%mesh%curve(e), s => state%geometry%element(e)%s)
          if (c == 0) return
@@ -53,12 +53,12 @@ contains
       end associate
    end function smooth_parts
 
-   !> Stress-free curvature at the stages of an element.
+   !> Stress-free curvature at the stages of an element [1/length].
    pure function stage_bends(problem, state, e, stages) result(bend)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      integer, intent(in) :: stages                 !! those of the element, or only the first ones
+      integer, intent(in) :: stages                 !! number of stages: that of the element, or fewer for the first ones only
       real(wp) :: bend(stages)
       integer :: i
       bend = 0.0_wp
@@ -71,17 +71,18 @@ contains
    end function stage_bends
 
    !> Conforming element in the form that linear_system requires of every element: in global axes, with the displacements of both
-   !> nodes as unknowns. A displacement of the obstacle has the effect of the opposite displacement of the nodes; a closing gap
-   !> displaces the nodes along their normals. The third column of the operator belongs to the rotation of the obstacle, not of the
-   !> first node: relative to a turning obstacle dead loads turn in the opposite direction.
+   !> nodes as unknowns. A displacement of the obstacle has the effect of the opposite displacement of the nodes; a gap that closes
+   !> displaces the nodes along their normals. The third column of the operator belongs to the rotation of the obstacle, not to that
+   !> of the first node: relative to a turning obstacle dead loads turn in the opposite direction.
    subroutine evaluate_conforming(problem, state, e, inner, f, raw, k, fl, op, defect, ok)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       type(inner_forces_t), intent(in) :: inner     !! forces of foundations
-      real(wp), intent(out) :: f(6), raw(6), k(6, 6), fl(6), op(:, :) !! as in ge_evaluate
-      real(wp), intent(out) :: defect(2)            !! residuals: force and position
-      logical, intent(out) :: ok                    !! false: see conforming_evaluate
+      real(wp), intent(out) :: f(6), raw(6), k(6, 6), fl(6), op(:, :) !! end forces, tangent, load derivative and operator, see
+      !! ge_evaluate
+      real(wp), intent(out) :: defect(2)            !! largest residuals of the internal equations: force, position
+      logical, intent(out) :: ok                    !! false: the element is singular, see conforming_evaluate
       type(track_t) :: track(2), moved(2)
       type(ge_load_t) :: load
       type(pose_t) :: pose
@@ -155,7 +156,7 @@ contains
       op(:z, ge_columns) = op4(:z, 4)
    end subroutine evaluate_conforming
 
-   !> A load, with the dead load in it expressed in the axes of an obstacle.
+   !> A load with its dead part expressed in the axes of an obstacle.
    pure type(ge_load_t) function turned_load(pose, load) result(turned)
       type(pose_t), intent(in) :: pose
       type(ge_load_t), intent(in) :: load
@@ -170,9 +171,9 @@ contains
       end do
    end function turned_load
 
-   !> The same load with its derivative by the obstacle's rotation as its rate, instead of the derivative by the load factor.
+   !> The same load; its rate is the derivative with respect to the obstacle's rotation instead of the load factor.
    pure type(ge_load_t) function turning_load(load) result(turning)
-      type(ge_load_t), intent(in) :: load           !! from turned_load
+      type(ge_load_t), intent(in) :: load           !! load as returned by turned_load
       turning = load
       turning%strain_rate = 0.0_wp
       turning%curvature_rate = 0.0_wp
@@ -182,17 +183,18 @@ contains
       turning%more%line_rate(2, :) = -load%more%line(1, :)
    end function turning_load
 
-   !> Section forces (N, Q, M) in the axes of the section inside a conforming element, position and tangent angle, and the
-   !> obstacle's force per unit stress-free length.
+   !> Inside a conforming element: section forces (N, Q, M) in the axes of the section, position and tangent angle, and the
+   !> obstacle's force by stress-free length.
    pure subroutine conforming_forces(problem, state, e, tau, local, place, angle, density, kept)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau                   !! 0 to 1 of the stress-free length
+      real(wp), intent(in) :: tau                   !! place in the element, 0 to 1 of its stress-free length
       real(wp), intent(out) :: local(3)             !! N, Q, M
-      real(wp), intent(out) :: place(2), angle      !! deformed; tangent angle in (-pi, pi]
-      real(wp), intent(out), optional :: density    !! [force/length], > 0 where it presses
-      type(lying_t), intent(inout), optional :: kept !! of the same state, or undefined; computed again only if the element changes
+      real(wp), intent(out) :: place(2), angle      !! deformed position (x, y); tangent angle in (-pi, pi]
+      real(wp), intent(out), optional :: density    !! force of the obstacle [force/length], > 0 where it presses
+      type(conforming_state_t), intent(inout), optional :: kept !! stored element of the same state, or undefined; computed again
+      !! only if the element changes
       if (present(kept)) then
          if (kept%element /= e) kept = lying(problem, state, e)
          call forces_from_output(problem, state, kept, tau, local, place, angle, density)
@@ -202,11 +204,11 @@ contains
       end if
    end subroutine conforming_forces
 
-   !> The same as conforming_forces, from the element's dense output.
+   !> Computes the results of conforming_forces from a stored element.
    pure subroutine forces_from_output(problem, state, here, tau, local, place, angle, density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(lying_t), intent(in) :: here
+      type(conforming_state_t), intent(in) :: here
       real(wp), intent(in) :: tau
       real(wp), intent(out) :: local(3), place(2), angle
       real(wp), intent(out), optional :: density
@@ -233,14 +235,14 @@ contains
       angle = atan2(here%sense * track%tangent(2), here%sense * track%tangent(1))
    end subroutine forces_from_output
 
-   !> A conforming element's dense output.
-   pure type(lying_t) function lying(problem, state, e, inner, at_start)
+   !> Evaluates a conforming element for the computation of points inside it.
+   pure type(conforming_state_t) function lying(problem, state, e, inner, at_start)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       type(inner_forces_t), intent(in), optional :: inner
-      logical, intent(in), optional :: at_start     !! true: only the first end is of interest, which needs no stages if
-      !! the element has no foundation
+      logical, intent(in), optional :: at_start !! true: only the first end is of interest; without a foundation this needs no
+      !! stages
       type(track_t) :: track(2)
       integer :: c(2), i, stages
       stages = problem%model%mesh%stages(e)
@@ -260,35 +262,36 @@ contains
          & inner)
    end function lying
 
-   !> Displacements and rotation inside a conforming element.
+   !> Displacements and rotation at a point inside a conforming element.
    pure subroutine conforming_displacement(problem, state, e, tau, kept, u)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau                   !! 0 to 1 of the stress-free length
-      type(lying_t), intent(inout) :: kept          !! as in conforming_forces, also in the following procedures
-      real(wp), intent(out) :: u(3)                 !! global axes
+      real(wp), intent(in) :: tau                   !! place in the element, 0 to 1 of its stress-free length
+      type(conforming_state_t), intent(inout) :: kept          !! stored element of the same state, or undefined
+      real(wp), intent(out) :: u(3)                 !! displacements in x and y, rotation; global axes
       type(track_t) :: track
       real(wp) :: force, x(2), home, near
       call conforming_track(problem, state, e, tau, kept, track, force)
       call home_at(problem, state, e, tau, x, home)
       u(1:2) = track%place - x
-      ! The rotation gets the same multiple of 2 pi as at the nodes.
+      ! The rotation differs from those of the nodes by less than pi: multiples of 2 pi are taken from the nodes.
       near = 0.5_wp * (state%u(3, problem%model%mesh%node(1, e)) + state%u(3, problem%model%mesh%node(2, e)))
       u(3) = atan2(kept%sense * track%tangent(2), kept%sense * track%tangent(1)) - home
       u(3) = u(3) - 2.0_wp * pi * anint((u(3) - near) / (2.0_wp * pi))
    end subroutine conforming_displacement
 
-   !> Displacement of a point inside a conforming element by changes of its unknowns and of the load factor.
+   !> Change of the displacement at a point inside a conforming element, for given changes of the element's unknowns and of the load
+   !> factor.
    pure subroutine conforming_change(problem, state, e, tau, kept, du, dz, y, change)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau !! 0 to 1 of the stress-free length
-      type(lying_t), intent(inout) :: kept
-      real(wp), intent(in) :: du(6), dz(:)          !! changes of the nodes' displacements and of the stored unknowns
+      real(wp), intent(in) :: tau !! place in the element, 0 to 1 of its stress-free length
+      type(conforming_state_t), intent(inout) :: kept
+      real(wp), intent(in) :: du(6), dz(:)          !! changes of the nodes' displacements; changes of the stored unknowns
       real(wp), intent(in) :: y                     !! change of the load factor
-      real(wp), intent(out) :: change(2)            !! in x and y
+      real(wp), intent(out) :: change(2)            !! change of the displacement in x and y
       type(track_t) :: first, track
       real(wp) :: force, basis(max_stages), rise(1, max_stages), system(max_stages, max_stages)
       logical :: singular
@@ -296,7 +299,7 @@ contains
          & motion => y * problem%model%step(problem%step)%load%motion(:, problem%candidates%obstacle(problem%conforms(e))))
          call conforming_track(problem, state, e, tau, kept, track, force)
          first = node_track(problem, state, problem%conforms(e))
-         ! The polynomial through the changes at the stages.
+         ! Value of the polynomial through the changes at the stages.
          system = transpose(tab%a)
          rise(1, :s) = dz(2 + s:1 + 2 * s)
          call solve_small(s, system, rise, singular)
@@ -305,16 +308,16 @@ contains
       end associate
    end subroutine conforming_change
 
-   !> (n_x, n_y, m) inside a conforming element.
+   !> Force and moment (n_x, n_y, m) of a cross section inside a conforming element, global axes.
    pure subroutine conforming_resultant(problem, state, e, tau, kept, resultant, inner)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
-      type(lying_t), intent(inout) :: kept
+      type(conforming_state_t), intent(inout) :: kept
       real(wp), intent(out) :: resultant(3)
-      type(inner_forces_t), intent(in), optional :: inner !! forces of foundations: the result at the second end is then that of
-      !! the element's equations, not of a polynomial
+      type(inner_forces_t), intent(in), optional :: inner !! forces of foundations; if present, the result at the second end is that
+      !! of the element's equations, not of a polynomial
       real(wp) :: local(3), place(2), angle
       if (present(inner)) then
          if (problem%ground%founded(e)) kept = lying(problem, state, e, inner)
@@ -323,13 +326,13 @@ contains
       resultant = [cos(angle) * local(1) - sin(angle) * local(2), sin(angle) * local(1) + cos(angle) * local(2), local(3)]
    end subroutine conforming_resultant
 
-   !> Track and force P (see conforming_element) inside a conforming element.
+   !> Track and force P (see conforming_element) at a point inside a conforming element.
    pure subroutine conforming_track(problem, state, e, tau, kept, track, force)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
-      type(lying_t), intent(inout) :: kept
+      type(conforming_state_t), intent(inout) :: kept
       type(track_t), intent(out) :: track
       real(wp), intent(out) :: force
       if (kept%element /= e) kept = lying(problem, state, e)
@@ -338,13 +341,13 @@ contains
       track = kept%pose%placed(track)
    end subroutine conforming_track
 
-   !> Track and force P where a rod comes into line contact: the trial position and end forces need not satisfy contact yet.
+   !> Track and force P at a point where a rod comes into line contact. Trial position and end forces need not satisfy contact yet.
    pure subroutine track_below(problem, state, e, place, angle, resultant, track, force)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: e                      !! conforming element
+      integer, intent(in) :: e                      !! index of a conforming element
       real(wp), intent(in) :: place(2), angle       !! deformed position and tangent angle of the rod
-      real(wp), intent(in) :: resultant(3)          !! n_x, n_y, m
+      real(wp), intent(in) :: resultant(3)          !! force and moment (n_x, n_y, m) of the cross section
       type(track_t), intent(out) :: track
       real(wp), intent(out) :: force
       real(wp) :: t(2)
@@ -355,13 +358,13 @@ contains
       force = dot_product(t, resultant(1:2)) + sign(1.0_wp, dot_product(t, track%tangent)) * track%curvature * resultant(3)
    end subroutine track_below
 
-   !> First guess of a conforming element's stored unknowns from track and force P at its first end and its stages.
+   !> First guess of a conforming element's stored unknowns, from track and force P at its first end and at its stages.
    pure function conforming_guess(problem, state, e, track, force) result(z)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state            !! state with the element's new geometry
+      type(state_t), intent(in) :: state            !! state that already has the element's new geometry
       integer, intent(in) :: e
-      type(track_t), intent(in) :: track(0:)        !! (stages), first end at index 0
-      real(wp), intent(in) :: force(0:)             !! (stages)
+      type(track_t), intent(in) :: track(0:)        !! track at the first end (index 0) and at the stages
+      real(wp), intent(in) :: force(0:)             !! force P at the first end (index 0) and at the stages
       real(wp) :: z(1 + 2 * ubound(force, 1))
       integer :: i, s
       s = ubound(force, 1)

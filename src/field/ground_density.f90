@@ -11,15 +11,15 @@ module ground_density
 
 contains
 
-   !> Force of the foundations at a point of an element per unit stress-free length, global axes, and its derivative by this length
-   !> for a constant direction of the force.
+   !> Force of the foundations at a point of an element by stress-free length, in global axes, and the derivative of this force with
+   !> respect to the stress-free length for a constant direction of the force.
    pure function foundation_density(problem, state, e, tau, place, rate) result(density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: e                      !! element on a curve
-      real(wp), intent(in) :: tau                   !! 0 to 1 of the stress-free length
-      real(wp), intent(in) :: place(2)              !! deformed
-      real(wp), intent(in) :: rate(2)               !! derivative of the deformed position by the stress-free length
+      integer, intent(in) :: e                      !! index of an element on a curve
+      real(wp), intent(in) :: tau                   !! place in the element, 0 to 1 of its stress-free length
+      real(wp), intent(in) :: place(2)              !! deformed position of the point
+      real(wp), intent(in) :: rate(2)               !! derivative of the deformed position with respect to the stress-free length
       real(wp) :: density(2, 0:1)
       real(wp) :: home(2), angle, gap, normal(2), bend, push, spring, way(2)
       integer :: i
@@ -34,7 +34,7 @@ contains
                if (gap >= 0.0_wp .and. .not. (chain%bilateral(c) .or. carries(state%segment(c)))) cycle
                call foundation_reaction(problem%model, problem%model%obstacle(chain%obstacle(c)), -gap, push, spring, &
                   & state%segment(c))
-               ! The gap of a bilateral foundation counts from that of the stress-free axis.
+               ! The gap of a bilateral foundation is measured from the gap of the stress-free axis.
                way = rate
                if (chain%bilateral(c)) way = rate - [cos(angle), sin(angle)]
                density(:, 0) = density(:, 0) + push * normal
@@ -48,9 +48,9 @@ contains
    pure subroutine home_at(problem, state, e, tau, x, angle)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: e                      !! element on a curve
-      real(wp), intent(in) :: tau                   !! 0 to 1 of the stress-free length
-      real(wp), intent(out) :: x(2), angle          !! position and tangent angle
+      integer, intent(in) :: e                      !! index of an element on a curve
+      real(wp), intent(in) :: tau                   !! place in the element, 0 to 1 of its stress-free length
+      real(wp), intent(out) :: x(2), angle          !! stress-free position; tangent angle [rad]
       real(wp) :: speed
       associate (curve => problem%model%curve(problem%model%mesh%curve(e)), g => state%geometry%element(e))
          call curve_point(curve, problem%model%imperfection, curve_abscissa(curve, problem%model%imperfection, g%s(1), &

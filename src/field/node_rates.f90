@@ -1,5 +1,5 @@
-!> Derivatives of a rod's position and direction at the nodes of a GE element, from the rod's differential equations; they are as
-!> accurate as the section forces at the node.
+!> Derivatives of a rod's position and direction at the nodes of a GE element. They follow from the differential equations of the
+!> rod and are as accurate as the section forces at the node.
 module node_rates
    use kinds, only: wp
    use problem, only: problem_t
@@ -7,7 +7,7 @@ module node_rates
    use reference_curve, only: curve_point, curve_bend
    use rod_load, only: ge_load_t, line_at
    use ge_in_state, only: ge_end
-   use conforming_span, only: lying_t, conforming_resultant
+   use conforming_span, only: conforming_state_t, conforming_resultant
    use ground_density, only: foundation_density
    use gauss_tableau, only: max_stages
    implicit none
@@ -17,25 +17,25 @@ module node_rates
    !> Cross section at an end of an element.
    type :: section_t
       type(ge_load_t) :: load
-      real(wp) :: n(2) = 0.0_wp, m = 0.0_wp            !! force and moment of the section, global axes
-      real(wp) :: t(2) = 0.0_wp, nu(2) = 0.0_wp        !! unit normal of the section, and the unit vector a quarter turn to its left
-      real(wp) :: along = 1.0_wp, across = 0.0_wp      !! derivative of the position by stress-free length: components along t and
+      real(wp) :: n(2) = 0.0_wp, m = 0.0_wp            !! force (n_x, n_y) and moment of the cross section, global axes
+      real(wp) :: t(2) = 0.0_wp, nu(2) = 0.0_wp !! unit normal of the cross section; unit vector at a quarter turn to the left of it
+      real(wp) :: along = 1.0_wp, across = 0.0_wp !! derivative of the position by stress-free length: components along t and along
       !! nu
    end type section_t
 
 contains
 
-   !> Derivatives of position and direction at the first end of an element, per unit of the nominal coordinate.
+   !> Derivatives of position and direction with respect to the nominal coordinate, at the first end of an element.
    pure subroutine rod_rate(problem, state, e, rate, turn, way)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e               !! GE element or conforming element on a curve
       real(wp), intent(out) :: rate(2)       !! derivative of the deformed position
-      real(wp), intent(out) :: turn          !! derivative of the section's angle
+      real(wp), intent(out) :: turn          !! derivative of the angle of the cross section [rad/length]
       real(wp), intent(out) :: way(2)        !! derivative of the displacement
       real(wp) :: t(2), angle, x(2), speed, bend, force(3)
       type(ge_load_t) :: load
-      type(lying_t) :: kept
+      type(conforming_state_t) :: kept
       load = element_load(problem, state, e)
       force = state%z(1:3, e)
       if (problem%conforms(e) > 0) call conforming_resultant(problem, state, e, 0.0_wp, kept, force)
@@ -138,19 +138,19 @@ contains
       real(wp) :: resultant(3)
       call ge_end(problem, state, e, side, n, m)
       if (side == 1 .or. .not. problem%ground%founded(e)) return
-      ! The stored forces include foundations, and so does the moment computed from them; the sum of loads does not.
+      ! The stored forces include those of foundations, and so does the moment computed from them; the sum of loads does not.
       resultant = resultants_on_ground(problem, state, e, 1.0_wp)
       n = resultant(1:2)
    end subroutine end_resultants
 
-   !> (n_x, n_y, m) inside an element on a foundation, from polynomials through the values at the stages and ends, because the sum
-   !> of loads does not include the foundation's force. The values at the second end are those with which the next element begins,
-   !> so that a transfer between equal meshes changes nothing.
+   !> Force and moment (n_x, n_y, m) inside an element on a foundation, from polynomials through the values at the stages and ends,
+   !> because the sum of loads does not include the foundation's force. At the second end the result equals the values with which
+   !> the next element begins, so that a transfer between equal meshes changes nothing.
    pure function resultants_on_ground(problem, state, e, tau) result(resultant)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau !! 0 to 1 of the stress-free length
+      real(wp), intent(in) :: tau !! place in the element, 0 to 1 of its stress-free length
       real(wp) :: resultant(3)
       real(wp) :: at(0:max_stages + 1), weight(0:max_stages + 1), end(3)
       integer :: i, j, n, s, next
@@ -161,7 +161,7 @@ contains
       next = problem%beside(2, problem%model%mesh%node(2, e))
       if (next > 0) goes_on = problem%rod_segment(next) == problem%rod_segment(e) .and. &
          & next /= problem%along(problem%element_first(problem%rod_segment(e)))
-      ! At a node of a contact span the force of the obstacle acts, too.
+      ! At a node of a contact span the force of the obstacle acts in addition.
       if (goes_on .and. problem%has_spans()) goes_on = .not. any(problem%candidates%node == problem%model%mesh%node(2, e) .and. &
          & problem%candidates%contact_span > 0)
       if (goes_on) then

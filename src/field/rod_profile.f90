@@ -1,17 +1,17 @@
-!> Dense output of an element: position and rotation between its nodes.
+!> Rod profile of an element: position and rotation between the nodes of the element.
 !>
-!> GE elements with s stages: the collocation polynomial of degree s in tau, 0 to 1 of the element's stress-free length. To it is
-!> added the difference between the stress-free axis and the collocation polynomial of that axis, rotated and stretched with the
-!> rod: rigid motions are then exact, and the error between nodes is that of the deformation, O(h^(s+1)). At the nodes position and
-!> rotation are those of the state, with error O(h^(2 s)).
-!> With the Hermite correction, direction, curvature and rate of curvature at the ends equal those of the nodes: the error between
-!> nodes is O(h^8) and falls with the fourth power of the distance from a node; without the rate of curvature O(h^6), with the third
-!> power.
-!> UL2: the cubic through the ends of the deformed chord with the natural rotations as slopes there; O(h^2).
+!> For GE elements with s stages the profile is the collocation polynomial of degree s in tau (0 to 1 along the element's
+!> stress-free length). Added to it is the difference between the stress-free axis and the collocation polynomial of this axis,
+!> rotated and stretched with the rod. Rigid motions are then exact, and the error between nodes is that of the deformation,
+!> O(h^(s+1)). At the nodes position and rotation are those of the state, with error O(h^(2 s)).
+!> With the Hermite correction, direction, curvature and rate of curvature at the ends equal those of the nodes. The error between
+!> nodes is then O(h^8) and decreases with the fourth power of the distance from a node; without the rate of curvature it is O(h^6)
+!> and decreases with the third power.
+!> For UL2 elements it is the cubic through the ends of the deformed chord with the natural rotations as slopes there; O(h^2).
 module rod_profile
    use kinds, only: wp, pi
    use small_dense, only: solve_small
-   use conforming_span, only: lying_t, conforming_displacement
+   use conforming_span, only: conforming_state_t, conforming_displacement
    use node_rates, only: rod_derivatives, rotation_rates
    use problem, only: problem_t
    use element_families, only: collocates, follows_curves
@@ -27,31 +27,33 @@ module rod_profile
    implicit none
    private
    public :: profile_t, new_profile, keep_profile, mend_ends, mend_rotation, mended_by, profile_place, profile_displacement, &
-      & profile_look, mended_displacement, profile_angle, home_angle, profile_rate, profile_error, profile_error_bound, &
+      & profile_point, mended_displacement, profile_angle, home_angle, profile_rate, profile_error, profile_error_bound, &
       & mended_error, element_place
 
-   !> Dense output of one element in one state. Coefficients of polynomials are those of tau^0, tau^1, ...
+   !> Profile of one element in one state. Coefficients of polynomials belong to the powers tau^0, tau^1, ...
    type :: profile_t
       private
-      integer, public :: element = 0            !! 0: undefined
+      integer, public :: element = 0            !! index of the element; 0: undefined
       integer :: degree = 0
-      real(wp) :: stretch = 1.0_wp              !! extension ratio of the unstressed rod by heat
+      real(wp) :: stretch = 1.0_wp              !! extension ratio of the unstressed rod caused by heat
       real(wp) :: s = 0.0_wp, length = 0.0_wp   !! nominal coordinate of the first end; stress-free length
-      real(wp) :: excess(2) = 0.0_wp            !! curve_excess at the first end
-      logical :: curved = .false.               !! true: the stress-free axis may differ from its polynomial
-      real(wp) :: axis(2, 0:max_stages) = 0.0_wp     !! polynomial of the stress-free axis
-      real(wp) :: moved(2, 0:max_stages) = 0.0_wp    !! polynomial of the displacements
+      real(wp) :: excess(2) = 0.0_wp            !! value of curve_excess at the first end
+      logical :: curved = .false.               !! true: the stress-free axis may differ from its collocation polynomial
+      real(wp) :: axis(2, 0:max_stages) = 0.0_wp     !! coefficients of the polynomial of the stress-free axis
+      real(wp) :: moved(2, 0:max_stages) = 0.0_wp    !! coefficients of the polynomial of the displacements
       real(wp) :: rotation(0:max_stages) = 0.0_wp
       logical, public :: mended = .false.
-      integer :: order = 0                      !! highest derivative with Hermite correction
-      real(wp) :: mend(2, 3, 2) = 0.0_wp        !! (components, derivatives by tau, ends) differences that the correction adds
-      real(wp) :: hermite(2, 3, 2) = 0.0_wp     !! hermite_sum of `mend`, up to `order`
-      real(wp) :: twist(2, 2) = 0.0_wp          !! (derivatives by tau, ends) differences as in `mend`, for the rotation
+      integer :: order = 0                      !! order of the highest derivative in the Hermite correction; 0: no correction
+      real(wp) :: mend(2, 3, 2) = 0.0_wp !! (components, derivatives by tau, ends) differences of the derivatives that the
+      !! correction adds
+      real(wp) :: hermite(2, 3, 2) = 0.0_wp     !! hermite_sum of `mend` up to `order`
+      real(wp) :: twist(2, 2) = 0.0_wp !! (derivatives by tau, ends) differences of the derivatives of the rotation that its
+      !! correction adds
    end type profile_t
 
 contains
 
-   !> Dense output of an element.
+   !> Profile of an element of any kind.
    pure function new_profile(problem, state, e) result(profile)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -64,7 +66,7 @@ contains
       end if
    end function new_profile
 
-   !> Dense output for a sequence of points of one state, computed again only if the element changes.
+   !> Makes the profile for a sequence of points of one state: it is computed again only if the element changes.
    pure subroutine keep_profile(problem, state, e, profile)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -73,7 +75,7 @@ contains
       if (profile%element /= e) profile = new_profile(problem, state, e)
    end subroutine keep_profile
 
-   !> Dense output of a conforming element: polynomials through both ends and points between.
+   !> Profile of a conforming element: polynomials through both ends and points between them.
    pure function conforming_profile(problem, state, e) result(profile)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -81,7 +83,7 @@ contains
       type(profile_t) :: profile
       real(wp) :: home(2, max_stages), powers(max_stages + 1, max_stages + 1), value(3, max_stages + 1), tau, u(3), d(2), axis(2)
       type(ge_load_t) :: load
-      type(lying_t) :: kept
+      type(conforming_state_t) :: kept
       integer :: s, j, k
       logical :: singular
       s = problem%model%mesh%stages(e)
@@ -104,7 +106,7 @@ contains
             end do
          end do
          do j = 0, s
-            ! The points between the ends are Chebyshev points, between which the polynomial does not oscillate.
+            ! The points between the ends are Chebyshev points, between which a polynomial does not oscillate.
             tau = 0.5_wp * (1.0_wp - cos(j * pi / s))
             if (j == 0) then
                u = state%u(:, node(1))
@@ -129,12 +131,12 @@ contains
       profile%rotation(0:s) = value(3, :s + 1)
    end function conforming_profile
 
-   !> Dense output with another stress-free geometry under the displacements and section forces of a state.
+   !> Profile for a different stress-free geometry with the displacements and section forces of a state.
    pure function profile_on(problem, state, e, geometry, start) result(profile)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      type(element_geometry_t), intent(in) :: geometry !! geometry of the element
+      type(element_geometry_t), intent(in) :: geometry !! the stress-free geometry of the element
       real(wp), intent(in) :: start(2)              !! stress-free position of the first node
       type(profile_t) :: profile
       type(ge_data_t) :: element
@@ -171,7 +173,8 @@ contains
             end do
          end associate
       else
-         ! The stored end moments are EI/h (4 phi_1 + 2 phi_2) and EI/h (2 phi_1 + 4 phi_2), with the natural end rotations phi.
+         ! The stored end moments are EI/h (4 phi_1 + 2 phi_2) and EI/h (2 phi_1 + 4 phi_2), where phi_1, phi_2 are the natural end
+         ! rotations.
          phi = (geometry%length * problem%compliance(e)%bending / 6.0_wp) * &
             & [2.0_wp * state%z(2, e) - state%z(3, e), 2.0_wp * state%z(3, e) - state%z(2, e)]
          d = geometry%chord + element%u(4:5) - element%u(1:2)
@@ -185,12 +188,13 @@ contains
       end if
    end function profile_on
 
-   !> Hermite correction of the positions of a GE element by the derivatives at its nodes, see rod_derivatives.
+   !> Sets the Hermite correction of the positions of a GE element, from the derivatives at its nodes (rod_derivatives).
    pure subroutine mend_ends(problem, state, profile, order)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(profile_t), intent(inout) :: profile     !! profile of the same state
-      integer, intent(in) :: order                  !! highest derivative: 2 or 3; 3 brings rounding errors in thin rods
+      integer, intent(in) :: order !! order of the highest derivative in the correction, 2 or 3; order 3 has larger rounding errors
+      !! in thin rods
       real(wp) :: along(2), turn(2), bend, bend_rate, home(2, 3), dense(2, 3), tau, whole(2, 0:max_stages), way
       integer :: i, k
       whole = profile%axis + profile%moved
@@ -212,7 +216,7 @@ contains
             end if
             turn = turning_rates(profile, tau)
             way = turning(profile, tau)
-            ! The difference of the stress-free axis from its polynomial rotates with the rod and is zero at the ends.
+            ! The difference of the stress-free axis from its polynomial rotates with the rod; at the ends it is zero.
             home(:, 3) = home(:, 3) + 3.0_wp * (turned(0.5_wp * pi, turn(1) * home(:, 2) + turn(2) * home(:, 1)) - &
                & turn(1)**2 * home(:, 1))
             home(:, 2) = home(:, 2) + 2.0_wp * turn(1) * turned(0.5_wp * pi, home(:, 1))
@@ -227,7 +231,7 @@ contains
       profile%hermite = hermite_sum(profile%mend, order)
    end subroutine mend_ends
 
-   !> Hermite correction of the rotation, used by mended_displacement.
+   !> Sets the Hermite correction of the rotation, which mended_displacement uses.
    pure subroutine mend_rotation(problem, state, profile)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -241,28 +245,28 @@ contains
       end associate
    end subroutine mend_rotation
 
-   !> Deformed position.
+   !> Deformed position (x, y) at a place in the element.
    pure function profile_place(problem, profile, tau) result(x)
       type(problem_t), intent(in) :: problem
       type(profile_t), intent(in) :: profile
-      real(wp), intent(in) :: tau                   !! 0 to 1 of the stress-free length
+      real(wp), intent(in) :: tau                   !! place in the element, 0 to 1 of its stress-free length
       real(wp) :: x(2)
       x = polynomial(profile%axis + profile%moved, profile%degree, tau)
       if (profile%curved) x = x + profile%stretch * turned(turning(profile, tau), deviation(problem, profile, tau))
       x = x + mended_by(profile, tau)
    end function profile_place
 
-   !> Hermite correction of a position; its size is about the error of the uncorrected position. Zero for a profile without
+   !> Hermite correction of a position; its magnitude is about the error of the uncorrected position. Zero for a profile without
    !> correction.
    pure function mended_by(profile, tau) result(x)
       type(profile_t), intent(in) :: profile
-      real(wp), intent(in) :: tau !! 0 to 1 of the stress-free length
+      real(wp), intent(in) :: tau !! place in the element, 0 to 1 of its stress-free length
       real(wp) :: x(2)
       x = 0.0_wp
       if (profile%mended) x = hermite_place(profile%hermite, profile%order, tau)
    end function mended_by
 
-   !> Hermite correction of a position by derivatives up to an order.
+   !> Hermite correction of a position with derivatives up to a given order.
    pure function mended_to(profile, order, tau) result(x)
       type(profile_t), intent(in) :: profile
       integer, intent(in) :: order
@@ -272,9 +276,9 @@ contains
    end function mended_to
 
    !> Coefficients of t, t^2, ... in the polynomials p and q of Hermite's polynomial (1 - t)^(order + 1) p(t) + t^(order + 1) q(1 -
-   !> t), which has given derivatives at 0 and 1 up to an order, and zero values there.
+   !> t). It has given derivatives at 0 and 1 up to an order, and is zero at 0 and 1.
    pure function hermite_sum(mend, order) result(sum)
-      real(wp), intent(in) :: mend(2, 3, 2)      !! (components, derivatives, ends)
+      real(wp), intent(in) :: mend(2, 3, 2)      !! (components, derivatives, ends) given derivatives
       integer, intent(in) :: order
       real(wp) :: sum(2, 3, 2)
       real(wp) :: binomial, factorial
@@ -292,7 +296,7 @@ contains
       end do
    end function hermite_sum
 
-   !> Value of the polynomial of hermite_sum.
+   !> Value at t of the polynomial with the coefficients of hermite_sum.
    pure function hermite_place(sum, order, t) result(x)
       real(wp), intent(in) :: sum(2, 3, 2)
       integer, intent(in) :: order
@@ -310,11 +314,11 @@ contains
       x = r**(order + 1) * x + t**(order + 1) * second
    end function hermite_place
 
-   !> Displacements and rotation with Hermite correction of the rotation. Positions are not corrected, because in thin rods the
+   !> Displacements and rotation, with the Hermite correction of the rotation. Positions are not corrected, because in thin rods the
    !> rounding of their second derivatives would dominate.
    pure function mended_displacement(problem, profile, tau) result(u)
       type(problem_t), intent(in) :: problem
-      type(profile_t), intent(in) :: profile        !! after mend_rotation
+      type(profile_t), intent(in) :: profile        !! profile after a call of mend_rotation
       real(wp), intent(in) :: tau
       real(wp) :: u(3)
       real(wp) :: twist(2, 3, 2), turn(2)
@@ -325,7 +329,7 @@ contains
       u(3) = u(3) + turn(1)
    end function mended_displacement
 
-   !> Displacement and rotation of a material point.
+   !> Displacements (x, y) and rotation of a material point.
    pure function profile_displacement(problem, profile, tau) result(u)
       type(problem_t), intent(in) :: problem
       type(profile_t), intent(in) :: profile
@@ -337,8 +341,8 @@ contains
       u = displacement_beside(profile, tau, d)
    end function profile_displacement
 
-   !> Displacement and rotation of a material point, and its stress-free position.
-   pure subroutine profile_look(problem, profile, tau, home, u)
+   !> Displacements and rotation of a material point, and its stress-free position.
+   pure subroutine profile_point(problem, profile, tau, home, u)
       type(problem_t), intent(in) :: problem
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
@@ -348,9 +352,9 @@ contains
       if (profile%curved) d = deviation(problem, profile, tau)
       home = polynomial(profile%axis, profile%degree, tau) + d
       u = displacement_beside(profile, tau, d)
-   end subroutine profile_look
+   end subroutine profile_point
 
-   !> Displacement and rotation of a point at which the stress-free axis differs from its polynomial by d.
+   !> Displacements and rotation of a point at which the stress-free axis differs from its polynomial by the vector d.
    pure function displacement_beside(profile, tau, d) result(u)
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau, d(2)
@@ -358,12 +362,12 @@ contains
       u(1:2) = polynomial(profile%moved, profile%degree, tau)
       u(3) = turning(profile, tau)
       if (.not. profile%curved) return
-      ! The difference of the rotated and the original vector would lose the digits of small rotations; this form keeps them.
+      ! The difference between the rotated and the original vector would lose the digits of small rotations; this form keeps them.
       u(1:2) = u(1:2) + (profile%stretch - 1.0_wp) * d + (2.0_wp * profile%stretch * sin(0.5_wp * u(3))) * &
          & (cos(0.5_wp * u(3)) * [-d(2), d(1)] - sin(0.5_wp * u(3)) * d)
    end function displacement_beside
 
-   !> Tangent angle of the deformed rod, or of its cross section if the rod shears.
+   !> Tangent angle of the deformed rod [rad]; if the rod has shear flexibility, the angle of the cross section's normal.
    pure function profile_angle(problem, state, profile, tau) result(angle)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -373,7 +377,7 @@ contains
       angle = home_angle(problem, state%geometry%element(profile%element), profile%element, tau) + turning(profile, tau)
    end function profile_angle
 
-   !> Tangent angle of the stress-free rod.
+   !> Tangent angle of the stress-free rod [rad].
    pure function home_angle(problem, geometry, e, tau) result(angle)
       type(problem_t), intent(in) :: problem
       type(element_geometry_t), intent(in) :: geometry !! geometry of the element
@@ -388,13 +392,13 @@ contains
       end associate
    end function home_angle
 
-   !> Change of profile_displacement of a GE element for fixed stress-free geometry.
+   !> Change of profile_displacement for a GE element with fixed stress-free geometry.
    pure function profile_rate(problem, state, profile, tau, du, dz, load_change) result(rate)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state            !! state of the profile
+      type(state_t), intent(in) :: state            !! state for which the profile was made
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
-      real(wp), intent(in) :: du(6)                 !! changes of the nodes' displacements
+      real(wp), intent(in) :: du(6)                 !! changes of the displacements of both nodes
       real(wp), intent(in) :: dz(:)                 !! (z_size) changes of the stored section forces
       real(wp), intent(in) :: load_change           !! change of the load factor
       real(wp) :: rate(3)
@@ -414,15 +418,15 @@ contains
       rate(1:2) = rate(1:2) + load_change * element%load%strain_rate * d + profile%stretch * rate(3) * [-d(2), d(1)]
    end function profile_rate
 
-   !> Upper bound of the error of a position: the larger of the Hermite correction and the error after it.
+   !> Upper bound of the error of a position: the larger of the Hermite correction and the error that remains after it.
    pure real(wp) function profile_error_bound(profile, tau) result(doubt)
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
       doubt = max(norm2(mended_by(profile, tau)), profile_error(profile))
    end function profile_error_bound
 
-   !> Estimate of the error of a corrected position, the larger of two contributions. Between the nodes the error is the correction
-   !> that a third derivative would add. The error of the nodes, O(h^(2 s)), is estimated by the square of the Hermite correction,
+   !> Estimated error of a corrected position, the larger of two contributions. The first, between the nodes, is the correction that
+   !> a third derivative would add. The second, of the nodes, O(h^(2 s)), is estimated by the square of the Hermite correction,
    !> O(h^(s + 1)), over the rod's deflection in the element, O(h^2).
    pure real(wp) function mended_error(profile, tau) result(error)
       type(profile_t), intent(in) :: profile
@@ -438,10 +442,10 @@ contains
    end function mended_error
 
    !> Estimate of the error of a GE element's displacements between its nodes.
-   !> Without Hermite correction: the next coefficient of the polynomial, extrapolated from the decrease of the last ones, times the
-   !> maximum of the monic error polynomial. This is s + 1 times the integral of Legendre's polynomial of degree s on (0, 1), at
-   !> most (s + 1) / ((2 s + 1) binomial(2 s, s)).
-   !> With Hermite correction: the contribution of the fourth derivatives, extrapolated from those of the second and third. The
+   !> Without Hermite correction it is the next coefficient of the polynomial, extrapolated from the decrease of the last ones,
+   !> times the maximum of the monic error polynomial. This polynomial is s + 1 times the integral of Legendre's polynomial of
+   !> degree s on (0, 1), at most (s + 1) / ((2 s + 1) binomial(2 s, s)).
+   !> With Hermite correction it is the contribution of the fourth derivatives, extrapolated from those of the second and third. The
    !> errors of Hermite's polynomials of degree 3, 5 and 7 are derivatives of order 4, 6 and 8 over 2^4 4!, 2^6 6! and 2^8 8!.
    pure real(wp) function profile_error(profile) result(error)
       type(profile_t), intent(in) :: profile
@@ -470,17 +474,17 @@ contains
       error = error * (s + 1) / ((2 * s + 1) * binomial)
    end function profile_error
 
-   !> Position (0 to 1) of a nominal coordinate in an element on a curve.
+   !> Place (0 to 1) in an element on a curve that has a given nominal coordinate.
    pure real(wp) function element_place(problem, geometry, e, s) result(tau)
       type(problem_t), intent(in) :: problem
-      type(element_geometry_t), intent(in) :: geometry !! geometry of the element
+      type(element_geometry_t), intent(in) :: geometry !! stress-free geometry of the element
       integer, intent(in) :: e
-      real(wp), intent(in) :: s                     !! nominal coordinate between those of the element's ends
+      real(wp), intent(in) :: s                     !! nominal coordinate between those of the element's two ends
       tau = curve_length(problem%model%curve(problem%model%mesh%curve(e)), problem%model%imperfection, geometry%s(1), s, &
          & geometry%excess) / geometry%length
    end function element_place
 
-   !> True if the stress-free axis may differ from its polynomial.
+   !> True if the stress-free axis of an element may differ from its collocation polynomial.
    pure logical function deviates(problem, e)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: e
@@ -492,14 +496,14 @@ contains
       if (problem%ground%founded(e) .and. problem%ground%tabled) deviates = problem%ground%curved(e)
    end function deviates
 
-   !> Stress-free axis minus its polynomial.
+   !> Vector from the polynomial of the stress-free axis to this axis.
    pure function deviation(problem, profile, tau) result(d)
       type(problem_t), intent(in) :: problem
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
       real(wp) :: d(2), x(2), angle, speed
       if (problem%ground%founded(profile%element) .and. problem%ground%tabled) then
-         ! The deviation is tabulated, because the quadratures of foundations evaluate it at very many points.
+         ! The deviation is taken from a table, because the quadratures of foundations evaluate it at very many points.
          d = home_deviation(problem%ground, profile%element, tau)
       else
          call curve_point(problem%model%curve(problem%model%mesh%curve(profile%element)), problem%model%imperfection, &
@@ -508,7 +512,7 @@ contains
       end if
    end function deviation
 
-   !> Nominal coordinate of a position in the element.
+   !> Nominal coordinate of a place in the element.
    pure real(wp) function abscissa(problem, profile, tau) result(s)
       type(problem_t), intent(in) :: problem
       type(profile_t), intent(in) :: profile
@@ -517,7 +521,7 @@ contains
          & profile%s, tau * profile%length, profile%excess)
    end function abscissa
 
-   !> Rotation at a position in the element.
+   !> Rotation at a place in the element [rad].
    pure real(wp) function turning(profile, tau)
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
@@ -528,7 +532,7 @@ contains
       end do
    end function turning
 
-   !> First two derivatives of the rotation by tau.
+   !> First and second derivative of the rotation with respect to tau.
    pure function turning_rates(profile, tau) result(turn)
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau

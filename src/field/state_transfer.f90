@@ -1,8 +1,8 @@
-!> Transfer of a state to other nodes: to another mesh of the same rods, or to other material points of the same mesh.
+!> Transfer of a state to other nodes: to those of another mesh of the same rods, or to other material points of the same mesh.
 !>
-!> Elastic rods have no memory, so that a state is given by its fields. The dense output of the elements gives these everywhere:
-!> displacements and rotations with error O(h^(s+1)) for s stages, exact for rigid motions (rod_profile), and section forces
-!> (ge_between). Nodes at unchanged material points keep their values to the last bit. Newton's method removes the transfer error.
+!> Elastic rods have no memory: a state is given by its fields. Between nodes these follow from the elements: displacements and
+!> rotations with error O(h^(s+1)) for s stages, exact for rigid motions (rod_profile), and section forces (ge_between). Nodes at
+!> unchanged material points keep their values to the last bit. Newton's method removes the transfer error.
 module state_transfer
    use kinds, only: wp
    use problem, only: problem_t
@@ -13,8 +13,8 @@ module state_transfer
       & profile_displacement, profile_angle, element_place
    use reference_curve, only: curve_point
    use cross_section, only: varies
-   use conforming_span, only: lying_t, conforming_forces, conforming_displacement, conforming_resultant, conforming_track, &
-      & track_below, conforming_guess
+   use conforming_span, only: conforming_state_t, conforming_forces, conforming_displacement, conforming_resultant, &
+      & conforming_track, track_below, conforming_guess
    use obstacle_track, only: track_t
    use gauss_tableau, only: max_stages
    use node_rates, only: resultants_on_ground
@@ -26,34 +26,34 @@ module state_transfer
    implicit none
    private
    public :: find_point, kept_t, point_displacement, carried, carried_field, carry_to, carry_stored, move_nodes, displacements_at, &
-      & field_at, see_from
+      & field_at, transfer_fields
 
-   !> Element data of the last point, reused if the next point of the same state is in the same element.
+   !> Data of the element used last, stored for the case that the next point of the same state is in the same element.
    type :: kept_t
-      type(profile_t) :: profile                !! dense output of an element
-      type(lying_t) :: lying                    !! dense output of a conforming element
+      type(profile_t) :: profile                !! rod profile of an element
+      type(conforming_state_t) :: lying                    !! evaluated conforming element
       integer :: directed = 0                   !! element to which `ge` and `rho` belong; 0: none
-      type(ge_data_t) :: ge                     !! the element with its loads, displacements and stored unknowns
-      real(wp) :: rho(2, max_stages) = 0.0_wp   !! directions of the cross sections at its stages
+      type(ge_data_t) :: ge                     !! GE element with its loads, displacements and stored unknowns
+      real(wp) :: rho(2, max_stages) = 0.0_wp   !! directions of the cross sections at the stages of this element
    end type kept_t
 
 contains
 
-   !> Element of the working mesh that contains a material point, and the point's position in the element. For a node this is the
-   !> element that begins there, at the end of a rod segment the last element.
+   !> Element of the working mesh that contains a material point, and the place of the point in the element. For a node it is the
+   !> element that begins at the node; at the end of a rod segment it is the segment's last element.
    pure subroutine find_point(problem, state, rod_segment, at, e, tau, near)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: rod_segment        !! index into layout%rod_segment
       real(wp), intent(in) :: at                !! coordinate along the rod segment, 0 to its length
       integer, intent(out) :: e
-      real(wp), intent(out) :: tau              !! 0 to 1 of the element's stress-free length; exactly 0 or 1 at a node
-      integer, intent(inout), optional :: near  !! in: index in problem%along of the last point's element, the search starts there;
-      !! out: index of this point's element
+      real(wp), intent(out) :: tau              !! place in the element, 0 to 1 of its stress-free length; exactly 0 or 1 at a node
+      integer, intent(inout), optional :: near !! index in problem%along of an element; in: where the search starts, that of the
+      !! previous point; out: that of this point
       call find_in(problem, state%geometry, rod_segment, at, e, tau, near)
    end subroutine find_point
 
-   !> The same as find_point, for another geometry of the same mesh.
+   !> Finds a point as find_point does, for a given geometry of the mesh.
    pure subroutine find_in(problem, geometry, rod_segment, at, e, tau, near)
       type(problem_t), intent(in) :: problem
       type(geometry_t), intent(in) :: geometry
@@ -97,7 +97,7 @@ contains
 
    contains
 
-      !> True for an element, given by its index in problem%along, that begins at the point or before it.
+      !> True if an element, given by its index in problem%along, begins at the point or before it.
       pure logical function begins_before(place)
          integer, intent(in) :: place
          associate (element => problem%along(place))
@@ -107,13 +107,13 @@ contains
       end function begins_before
    end subroutine find_in
 
-   !> Rounding error of a coordinate along a rod segment, which is a sum of a nominal coordinate and an origin.
+   !> Rounding error of a coordinate along a rod segment, which is the sum of a nominal coordinate and an origin.
    pure real(wp) function rounding(s, origin)
       real(wp), intent(in) :: s, origin
       rounding = 8.0_wp * epsilon(s) * (abs(s) + abs(origin))
    end function rounding
 
-   !> Coordinate along the rod segment of a node inside the segment.
+   !> Coordinate along the rod segment of a node inside it.
    pure real(wp) function node_coordinate(problem, geometry, node) result(at)
       type(problem_t), intent(in) :: problem
       type(geometry_t), intent(in) :: geometry
@@ -123,7 +123,7 @@ contains
       end associate
    end function node_coordinate
 
-   !> State on the mesh of another problem, with all nodes at their nominal positions.
+   !> State transferred to the mesh of another problem, with all nodes at their nominal positions.
    function carried(from, state, to) result(new)
       type(problem_t), intent(in) :: from       !! problem of the same deck as `to`
       type(state_t), intent(in) :: state        !! state of `from`
@@ -133,12 +133,12 @@ contains
       call carry_to(from, state, to, new)
    end function carried
 
-   !> Rate field, for example a path tangent, on another mesh: its values at the material points of that mesh's nodes.
+   !> Rate field (for example a path tangent) transferred to another mesh: its values at the material points of that mesh's nodes.
    function carried_field(from, state, field, to, there) result(new)
       type(problem_t), intent(in) :: from, to
       type(state_t), intent(in) :: state        !! state of `from`
-      real(wp), intent(in) :: field(:, :)       !! (3, nodes of `from`)
-      type(state_t), intent(in) :: there        !! `state` on the mesh of `to`
+      real(wp), intent(in) :: field(:, :)       !! (3, nodes of `from`) rate field
+      type(state_t), intent(in) :: there        !! the state, transferred to the mesh of `to`
       real(wp) :: new(3, to%model%mesh%n_nodes)
       type(kept_t) :: kept
       integer :: d, e, i, j, node, near
@@ -157,15 +157,16 @@ contains
       end do
    end function carried_field
 
-   !> Transfer to a state whose geometry is set: load factor, displacements, section forces, and the contact of nodes that are
-   !> candidates on both meshes. Candidates of contact spans are active; their forces remain zero.
+   !> Transfers a state to another one whose geometry is set: load factor, displacements, section forces, and the contact of nodes
+   !> that are candidates on both meshes. Candidates of contact spans are active; their forces remain zero.
    pure subroutine carry_to(from, state, to, new, moved)
       type(problem_t), intent(in) :: from       !! problem of the same deck as `to`
       type(state_t), intent(in) :: state        !! state of `from`
       type(problem_t), intent(in) :: to
-      type(state_t), intent(inout) :: new       !! state of `to`
-      logical, intent(in), optional :: moved    !! true: nodes of one mesh have moved, together with the contact forces on them
-      type(kept_t) :: kept(2)                   ! of neighbouring elements, of which places are needed by turns
+      type(state_t), intent(inout) :: new       !! state of `to`; in: its geometry is set
+      logical, intent(in), optional :: moved !! true: both are states of one mesh, whose nodes have moved together with the contact
+      !! forces on them
+      type(kept_t) :: kept(2)                   ! data of two neighbouring elements, which are needed alternately
       real(wp) :: tau
       integer :: range(2, to%model%mesh%n_elements)
       integer :: d, e, i, j, old, node, near
@@ -201,12 +202,12 @@ contains
       end do
    end subroutine carry_to
 
-   !> Transfer of the stored section forces of selected elements, after nodes of the mesh have moved.
+   !> Transfers the stored section forces of selected elements after nodes of the mesh have moved.
    pure subroutine carry_stored(problem, state, chosen, new)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state        !! state before the nodes moved
       logical, intent(in) :: chosen(:)          !! (elements) true: the section forces of the element are transferred
-      type(state_t), intent(inout) :: new       !! in: with its geometry
+      type(state_t), intent(inout) :: new       !! in: its geometry is set
       type(kept_t) :: kept(2)
       integer :: range(2, size(chosen)), i, near
       near = 0
@@ -218,7 +219,7 @@ contains
       end do
    end subroutine carry_stored
 
-   !> Transfers contact at nodes; its candidates are the same, in the same order, on all meshes.
+   !> Transfers contact at nodes. Its candidates are the same, in the same order, on all meshes.
    pure subroutine carry_nodal_contact(from, state, to, new)
       type(problem_t), intent(in) :: from, to
       type(state_t), intent(in) :: state
@@ -237,10 +238,10 @@ contains
       end do
    end subroutine carry_nodal_contact
 
-   !> For each element the range of elements around it without a contact node between them.
+   !> For each element, finds the range of elements around it in which no contact node lies between elements.
    pure subroutine find_ranges(problem, range)
-      type(problem_t), intent(in) :: problem    !! problem with contact spans, in which the elements of a segment are consecutive
-      integer, intent(inout) :: range(:, :)     !! (2, elements) first and last
+      type(problem_t), intent(in) :: problem    !! problem with contact spans; in it the elements of a segment are consecutive
+      integer, intent(inout) :: range(:, :)     !! (2, elements) first and last element of the range
       logical :: touched(problem%model%mesh%n_nodes)
       integer :: j, e
       touched = .false.
@@ -259,14 +260,14 @@ contains
       end do
    end subroutine find_ranges
 
-   !> Displacements and rotation at a point of an element; at a node exactly the node's values.
+   !> Displacements and rotation at a point of an element; at a node they are exactly the node's values.
    pure subroutine point_displacement(problem, state, e, tau, kept, u)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau               !! 0 to 1 of the stress-free length
-      type(kept_t), intent(inout) :: kept       !! data of the same state
-      real(wp), intent(out) :: u(3)             !! global axes
+      real(wp), intent(in) :: tau               !! place in the element, 0 to 1 of its stress-free length
+      type(kept_t), intent(inout) :: kept       !! stored data of the same state
+      real(wp), intent(out) :: u(3)             !! displacements in x and y, rotation; global axes
       if (tau <= 0.0_wp) then
          u = state%u(:, problem%model%mesh%node(1, e))
       else if (tau >= 1.0_wp) then
@@ -280,31 +281,32 @@ contains
    end subroutine point_displacement
 
    !> Displacements and rotation at a point of an element, continuous at nodes. Out of equilibrium the element's polynomial does not
-   !> end at the displacement of the second node. The difference is distributed linearly along the element, so that a node that
-   !> moves into either neighbouring element finds the same value. Meshes of contact spans are transferred without this correction.
+   !> end at the displacement of the second node. The difference is distributed linearly along the element: a node that moves into
+   !> one or the other neighbouring element then gets the same value. Meshes of contact spans are transferred without this
+   !> correction.
    pure subroutine continuous_displacement(problem, state, e, tau, kept, u)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
-      type(kept_t), intent(inout) :: kept       !! data of the same state
+      type(kept_t), intent(inout) :: kept       !! stored data of the same state
       real(wp), intent(out) :: u(3)
       call point_displacement(problem, state, e, tau, kept, u)
       if (tau <= 0.0_wp .or. tau >= 1.0_wp .or. problem%has_spans()) return
       u = u + tau * (state%u(:, problem%model%mesh%node(2, e)) - profile_displacement(problem, kept%profile, 1.0_wp))
    end subroutine continuous_displacement
 
-   !> Transfer of one element's stored section forces. If contact forces act at the ends of the element, the section forces jump
-   !> there even if the ends have moved.
+   !> Transfers the stored section forces of one element. If contact forces act at the ends of the element, the section forces jump
+   !> there, even if the ends have moved.
    pure subroutine carry_resultants(from, state, to, e, range, near, kept, new)
       type(problem_t), intent(in) :: from
       type(state_t), intent(in) :: state
       type(problem_t), intent(in) :: to
-      integer, intent(in) :: e                  !! element of `to`
-      integer, intent(in) :: range(2)           !! first and last element of `from` between two contact forces; values beyond these
-      !! forces are not used
-      integer, intent(inout) :: near            !! see find_point
-      type(kept_t), intent(inout) :: kept(:)    !! data of the state of `from`
+      integer, intent(in) :: e                  !! index of the element in `to`
+      integer, intent(in) :: range(2) !! first and last element of `from` between two contact forces; values outside this range are
+      !! not used
+      integer, intent(inout) :: near            !! index with which the search starts, see find_point
+      type(kept_t), intent(inout) :: kept(:)    !! stored data of the state of `from`
       type(state_t), intent(inout) :: new
       real(wp) :: at(2), tau, end, resultant(3, 0:max_stages), s, u(3), home(3), speed, force(0:max_stages)
       type(track_t) :: track(0:max_stages)
@@ -326,7 +328,7 @@ contains
             s = merge(g%s(1), g%at(max(i, 1)), i == 0)
             if (i > 0) call find_point(from, state, j, s + to%origin(e), old, tau, near)
             if (to%conforms(e) > 0) then
-               ! For a conforming element only P = N + kappa M is used (see conforming_element), which does not jump at contact
+               ! Of a conforming element only P = N + kappa M is used (see conforming_element), which does not jump at contact
                ! forces.
                if (tau > 0.0_wp .and. tau < 1.0_wp .and. lies_there(old)) then
                   call conforming_track(from, state, old, tau, kept(place_of(old, kept))%lying, track(i), force(i))
@@ -338,7 +340,7 @@ contains
                end if
                cycle
             else if (old < range(1) .or. old > range(2)) then
-               ! Beyond the allowed range of elements the polynomial of the last element is continued.
+               ! Beyond the range of elements the polynomial of the range's last element is continued.
                old = min(max(old, range(1)), range(2))
                associate (ends => state%geometry%element(old)%s)
                   tau = (s + to%origin(e) - from%origin(old) - ends(1)) / (ends(2) - ends(1))
@@ -357,7 +359,7 @@ contains
 
    contains
 
-      !> True for an element of `from` that conforms to the obstacle to which the new element conforms.
+      !> True if an element of `from` conforms to the same obstacle as the new element.
       pure logical function lies_there(element)
          integer, intent(in) :: element
          lies_there = from%conforms(element) > 0
@@ -366,20 +368,20 @@ contains
       end function lies_there
    end subroutine carry_resultants
 
-   !> Which of the kept data are those of an element.
+   !> Index of the stored data that belong to an element.
    pure integer function place_of(element, kept)
       integer, intent(in) :: element
-      type(kept_t), intent(in) :: kept(:)       !! at least 1
+      type(kept_t), intent(in) :: kept(:)       !! stored data, at least one entry
       place_of = 1 + modulo(element - 1, size(kept))
    end function place_of
 
-   !> (n_x, n_y, m) at a place of a GE element.
+   !> Force and moment (n_x, n_y, m) at a place of a GE element, global axes.
    pure subroutine find_resultant(problem, state, e, tau, kept, resultant)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
-      type(kept_t), intent(inout) :: kept       !! data of the same state
+      type(kept_t), intent(inout) :: kept       !! stored data of the same state
       real(wp), intent(out) :: resultant(3)
       real(wp) :: span(2), on_ground(3)
       if (problem%conforms(e) > 0) then
@@ -400,49 +402,50 @@ contains
       resultant(1:2) = on_ground(1:2)
    end subroutine find_resultant
 
-   !> Moves nodes along their rod segments, in the geometry only.
+   !> Moves nodes along their rod segments; only the geometry is changed.
    subroutine move_nodes(problem, shift, geometry)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: shift(:)          !! (nodes) distance in the nominal coordinate; 0 at segment boundaries and at fixed
-      !! nodes
+      real(wp), intent(in) :: shift(:) !! (nodes) distance in the nominal coordinate; 0 at segment boundaries and at nodes that do
+      !! not move
       type(geometry_t), intent(inout) :: geometry
       call shift_nodes(problem%model, problem%tableau, shift, geometry)
    end subroutine move_nodes
 
-   !> Displacements of a state at the material points of the nodes of another geometry of the same mesh.
+   !> Displacements of a state at the material points of the nodes of another geometry on the same mesh.
    pure function displacements_at(problem, state, geometry) result(u)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(geometry_t), intent(in) :: geometry
       real(wp) :: u(3, problem%model%mesh%n_nodes)
       type(kept_t) :: kept(1)
-      call see_from(problem, state, geometry, kept, u=u)
+      call transfer_fields(problem, state, geometry, kept, u=u)
    end function displacements_at
 
-   !> A field of displacement rates, given at the state's nodes, at the material points of another geometry's nodes.
+   !> Field of displacement rates, given at the nodes of a state, evaluated at the material points of another geometry's nodes.
    pure function field_at(problem, state, field, geometry) result(moved)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: field(:, :)       !! (3, nodes) in x, in y, rotation
+      real(wp), intent(in) :: field(:, :)       !! (3, nodes) rates in x, in y, and of the rotation
       type(geometry_t), intent(in) :: geometry
       real(wp) :: moved(3, problem%model%mesh%n_nodes)
       type(kept_t) :: kept(1)
-      call see_from(problem, state, geometry, kept, field=field, moved=moved)
+      call transfer_fields(problem, state, geometry, kept, field=field, moved=moved)
    end function field_at
 
-   !> Displacements of a state, a rate field, or both, at the material points of another geometry's nodes.
+   !> Evaluates the displacements of a state, a rate field, or both, at the material points of another geometry's nodes.
    !>
    !> The state must be in equilibrium: near nodes of contact spans the displacements follow from curvature and rate of curvature.
-   !> The polynomial has the error O(h^s), which on a coarse mesh would appear as a motion of the rod if nodes move along it.
-   pure subroutine see_from(problem, state, geometry, kept, u, field, moved)
+   !> The polynomial of the element has the error O(h^s); if nodes move along the rod, on a coarse mesh this error would appear as a
+   !> motion of the rod.
+   pure subroutine transfer_fields(problem, state, geometry, kept, u, field, moved)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(geometry_t), intent(in) :: geometry
-      type(kept_t), intent(inout) :: kept(:)      !! (any, at least 1) data of the state: with one for each element, an element is
-      !! computed once for all geometries from which the same fields are seen
-      real(wp), intent(out), optional :: u(:, :)  !! (3, nodes)
-      real(wp), intent(in), optional :: field(:, :) !! (3, nodes) at the state's nodes
-      real(wp), intent(out), optional :: moved(:, :) !! transferred `field`; required with `field`
+      type(kept_t), intent(inout) :: kept(:) !! (any number, at least 1) stored data of the state; with one for each element, an
+      !! element is computed once for all geometries to which the fields are transferred
+      real(wp), intent(out), optional :: u(:, :)  !! (3, nodes) displacements at the other nodes
+      real(wp), intent(in), optional :: field(:, :) !! (3, nodes) rate field at the nodes of the state
+      real(wp), intent(out), optional :: moved(:, :) !! (3, nodes) rate field at the other nodes; required if `field` is present
       integer :: node, e, near
       real(wp) :: tau
       near = 0
@@ -472,15 +475,15 @@ contains
 
    contains
 
-      !> True for an element in which the rod's equations at the nodes give the derivatives of its fields.
+      !> True if the rod's equations at the nodes of an element give the derivatives of its fields.
       pure logical function is_smooth(e)
          integer, intent(in) :: e
          is_smooth = problem%has_spans() .and. problem%conforms(e) == 0 .and. collocates(problem%model%mesh%family(e)) .and. &
             & .not. varies(problem%model%section(problem%model%mesh%section(e)))
       end function is_smooth
-   end subroutine see_from
+   end subroutine transfer_fields
 
-   !> True for a node at the same material point in two geometries.
+   !> True if a node is at the same material point in two geometries.
    pure logical function stays(problem, one, other, node)
       type(problem_t), intent(in) :: problem
       type(geometry_t), intent(in) :: one, other
@@ -491,16 +494,16 @@ contains
       end associate
    end function stays
 
-   !> Rate field at a point of an element: the rigid motion of the first end, which is exact, and the motion relative to this end as
-   !> the cubic with the values and slopes at both ends. The relative rotation rate rotates the tangent, and the extension rate is
-   !> constant. The error of displacement rates is O(h^4), that of the rotation rate (slope of the cubic) O(h^3), and O(h^2) times
-   !> the variation of the extension rate.
+   !> Rate field at a point of an element: the rigid motion of the first end, which is exact, plus the motion relative to this end,
+   !> as the cubic with the values and slopes at both ends. The relative rotation rate rotates the tangent, and the extension rate
+   !> is constant. The error of displacement rates is O(h^4). The error of the rotation rate (slope of the cubic) is O(h^3), plus
+   !> O(h^2) times the variation of the extension rate.
    pure subroutine point_rate(problem, state, field, e, kept, tau, rate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: field(:, :)       !! (3, nodes)
+      real(wp), intent(in) :: field(:, :)       !! (3, nodes) rate field
       integer, intent(in) :: e
-      type(kept_t), intent(inout) :: kept       !! data of the same state
+      type(kept_t), intent(inout) :: kept       !! stored data of the same state
       real(wp), intent(in) :: tau
       real(wp), intent(out) :: rate(3)
       real(wp) :: x(2, 2), tangent(2, 2), value(2), slope(2, 2), chord(2), place(2), bow(2), local(3), angle, speed, turn, even
@@ -524,8 +527,8 @@ contains
          tangent(:, 2) = speed * direction(g%end_angle(2) + state%u(3, node(2)))
          turn = field(3, node(2)) - field(3, node(1))
          value = field(1:2, node(2)) - field(1:2, node(1)) - field(3, node(1)) * across(chord)
-         ! A rotation rate that increases linearly from 0 to `turn` moves the second end by `turn` times a vector, rotated by a
-         ! quarter turn: the vector from the mean position of the cubic axis to this end (bow).
+         ! A rotation rate that increases linearly from 0 to `turn` moves the second end by `turn` times a vector. This vector is a
+         ! quarter turn of the vector from the mean position of the cubic axis to this end (bow).
          bow = 0.5_wp * chord - (tangent(:, 1) - tangent(:, 2)) / 12.0_wp
          even = dot_product(value - turn * across(bow), chord) / dot_product(chord, chord)
          slope(:, 1) = even * tangent(:, 1)
@@ -539,7 +542,7 @@ contains
 
    contains
 
-      !> Unit vector at an angle.
+      !> Unit vector with a given angle to the x axis.
       pure function direction(angle)
          real(wp), intent(in) :: angle
          real(wp) :: direction(2)

@@ -1,6 +1,7 @@
-!> Rods and tracks at the nodes of contact spans: direction, relative curvature, and the point at which the contact force acts.
+!> Rods and obstacle tracks at the nodes of contact spans: direction, relative curvature, and the point at which the contact force
+!> acts.
 !>
-!> The track is the curve at the distance of the gap's offset from the surface.
+!> The track is the curve at the distance GAP (offset of the gap) from the surface of the obstacle.
 module track_nodes
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -15,23 +16,24 @@ module track_nodes
    public :: curvature_slack, rolled_t, node_track, foot, track_joints, find_joints, rod_angle, track_sense, track_rotation, &
       & track_bend_rate, excess_curvature, excess_rate, touchdown_spring, touchdown_couple, rolled, bend_at
 
-   !> Bound of (relative curvature times structure's size) below which a point contact counts as osculating: smaller values are
+   !> Bound of relative curvature times structure's size, below which a point contact counts as osculating: smaller values are
    !> rounding or residuals of Newton's method.
    real(wp), parameter :: curvature_slack = 1.0e-8_wp
 
-   !> Position of a point contact's force relative to the contact node, if the node is a segment boundary and the force is beside
-   !> it.
+   !> Where the force of a point contact acts, relative to the contact node. The node is at a segment boundary, and the force acts
+   !> beside it.
    type :: rolled_t
-      real(wp) :: way = 0.0_wp        !! distance along the rod from the node to the force, stress-free length, > 0 after the node
+      real(wp) :: way = 0.0_wp !! distance along the rod from the node to the force [stress-free length], > 0 if the force is after
+      !! the node
       real(wp) :: rise = 0.0_wp       !! height of the node above the track
       real(wp) :: lean = 0.0_wp       !! derivative of `rise` with respect to the node's rotation
-      real(wp) :: arm(2) = 0.0_wp     !! vector from the node to the force
-      real(wp) :: normal(2) = 0.0_wp  !! normal of the obstacle at the force
+      real(wp) :: arm(2) = 0.0_wp     !! vector from the node to the point where the force acts
+      real(wp) :: normal(2) = 0.0_wp  !! unit normal of the obstacle where the force acts
    end type rolled_t
 
 contains
 
-   !> Track at a node of a contact span, for the present position of the obstacle.
+   !> Point of the track at a node of a contact span, for the present position of the obstacle.
    pure type(track_t) function node_track(problem, state, candidate) result(track)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -42,35 +44,36 @@ contains
       end associate
    end function node_track
 
-   !> Nearest point to x on the track of an obstacle in its present position.
+   !> Point of an obstacle's track nearest to x, for the present position of the obstacle.
    pure type(track_t) function foot(problem, state, obstacle, offset, x) result(track)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: obstacle
-      real(wp), intent(in) :: offset                !! as in track_foot
-      real(wp), intent(in) :: x(2)                  !! point in space
+      real(wp), intent(in) :: offset                !! distance of the track from the surface [length], > 0 towards the free side
+      real(wp), intent(in) :: x(2)                  !! point in space (x, y)
       type(pose_t) :: pose
       pose = pose_of(problem, state, obstacle)
       track = pose%placed(track_foot(problem%model%obstacle(obstacle), offset, pose%own_place(x)))
    end function foot
 
-   !> Positions inside a conforming element where two pieces of the obstacle's track join, as fractions of the element's length;
-   !> exact for a constant extension ratio.
+   !> Places inside a conforming element at which two pieces of the obstacle's track join, as fractions of the element's length.
+   !> They are exact for a constant extension ratio.
    pure function track_joints(problem, state, e) result(share)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: e                     !! conforming element
+      integer, intent(in) :: e                     !! index of a conforming element
       real(wp), allocatable :: share(:)
       call find_joints(problem, state, e, share)
    end function track_joints
 
-   !> The same as track_joints, with the couples that would keep the rod on the track where the track's curvature jumps.
+   !> Computes the places of track_joints, and the couples that would keep the rod on the track where the track's curvature jumps.
    pure subroutine find_joints(problem, state, e, share, couple)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: e                     !! conforming element
-      real(wp), allocatable, intent(out) :: share(:) !! as from track_joints
-      real(wp), allocatable, intent(out), optional :: couple(:) !! (joints) jump of the rod's moment, of either sign
+      integer, intent(in) :: e                     !! index of a conforming element
+      real(wp), allocatable, intent(out) :: share(:) !! (joints) places as fractions of the element's length, 0 to 1
+      real(wp), allocatable, intent(out), optional :: couple(:) !! (joints) jump of the rod's moment that would be needed, of either
+      !! sign
       associate (c => problem%conforms(e), list => problem%candidates)
          call joints_between(problem%model%obstacle(list%obstacle(c)), -candidate_offset(problem, state, list, c), &
             & node_track(problem, state, c), node_track(problem, state, list%neighbour(2, c)), share, couple)
@@ -78,14 +81,14 @@ contains
       if (present(couple)) couple = couple / problem%compliance(e)%bending
    end subroutine find_joints
 
-   !> Element in which quantities of the rod at a candidate are evaluated: the element after the candidate, or at the end of a
-   !> segment the element before it. If the rod is not smooth there, `which` selects the side.
+   !> Element in which quantities of the rod at a candidate are evaluated: the element after the candidate; at the end of a segment
+   !> the element before it. If the rod is not smooth there, argument `which` selects the side.
    pure subroutine own_element(problem, candidate, e, end, which)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
       integer, intent(out) :: e
-      integer, intent(out) :: end                   !! end of the element at which the candidate is: 1 or 2
-      integer, intent(in), optional :: which        !! 1: before the candidate, 2: after it
+      integer, intent(out) :: end                   !! end of the element (1 or 2) at which the candidate is
+      integer, intent(in), optional :: which        !! side of the candidate, 1: before it, 2: after it
       integer :: side
       associate (element => problem%candidates%element(:, candidate))
          side = merge(2, 1, element(2) > 0)
@@ -95,12 +98,13 @@ contains
       end associate
    end subroutine own_element
 
-   !> Tangent angle of the rod at a candidate.
+   !> Tangent angle of the rod at a candidate [rad].
    pure real(wp) function rod_angle(problem, state, candidate, which) result(angle)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      integer, intent(in), optional :: which        !! as in own_element, also in the following procedures
+      integer, intent(in), optional :: which !! side of the candidate (1: before it, 2: after it) if the rod is not smooth there,
+      !! see own_element
       integer :: e, end
       call own_element(problem, candidate, e, end, which)
       angle = state%geometry%element(e)%end_angle(end) + state%u(3, problem%candidates%node(candidate))
@@ -111,19 +115,21 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      type(track_t), intent(in) :: track            !! track at the candidate
-      integer, intent(in), optional :: which        !! side, as in own_element
+      type(track_t), intent(in) :: track            !! point of the track at the candidate
+      integer, intent(in), optional :: which !! side of the candidate (1: before it, 2: after it) if the rod is not smooth there,
+      !! see own_element
       real(wp) :: angle
       angle = rod_angle(problem, state, candidate, which)
       sense = sign(1.0_wp, dot_product([cos(angle), sin(angle)], track%tangent))
    end function track_sense
 
-   !> Rotation of the rod relative to the track at a candidate, in (-pi/2, pi/2], counterclockwise.
+   !> Rotation of the rod relative to the track at a candidate [rad], in (-pi/2, pi/2], > 0 counterclockwise.
    pure real(wp) function track_rotation(problem, state, candidate, which) result(rotation)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      integer, intent(in), optional :: which !! side, as in own_element
+      integer, intent(in), optional :: which !! side of the candidate (1: before it, 2: after it) if the rod is not smooth there,
+      !! see own_element
       type(track_t) :: track
       real(wp) :: angle, sense, t(2)
       call contact_track(problem, state, candidate, track, which)
@@ -143,27 +149,28 @@ contains
       rate = track%curvature_rate
    end function track_bend_rate
 
-   !> Relative curvature at a point contact, per unit stress-free length: o theta' - kappa (1 + e), with the curvature theta' of the
-   !> rod, o = 1 or -1 for a rod in or against the direction of the track (track_sense), the curvature kappa of the track, and the
-   !> extension ratio 1 + e. Positive if the rod bends away from the obstacle more than the obstacle's surface; zero where the point
-   !> becomes a line contact or two points.
+   !> Relative curvature at a point contact, by stress-free length: o theta' - kappa (1 + e), with the curvature theta' of the rod,
+   !> the curvature kappa of the track, the extension ratio 1 + e, and o = 1 (or -1) if the rod has (or has not) the direction of
+   !> the track (track_sense). It is positive if the rod bends away from the obstacle more than the surface of the obstacle. Where
+   !> it is zero, the point contact becomes a line contact or two point contacts.
    pure subroutine excess_curvature(problem, state, candidate, excess, extension, which)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       real(wp), intent(out) :: excess
-      real(wp), intent(out) :: extension              !! 1 + e
-      integer, intent(in), optional :: which        !! side, needed if the rod is not smooth or a support makes the moment jump
+      real(wp), intent(out) :: extension              !! extension ratio 1 + e of the rod
+      integer, intent(in), optional :: which !! side of the candidate (1: before it, 2: after it); needed if the rod is not smooth
+      !! or a support makes the moment jump
       type(track_t) :: track
       call contact_track(problem, state, candidate, track, which, excess, extension)
    end subroutine excess_curvature
 
-   !> Derivative of the relative curvature along the rod per unit stress-free length, at a point contact that moves.
+   !> Derivative of the relative curvature along the rod, by stress-free length, at a point contact whose node moves along the rod.
    pure real(wp) function excess_rate(problem, state, candidate, shear) result(rate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: shear                 !! shear force in the rod just behind the point contact
+      real(wp), intent(in) :: shear                 !! shear force in the rod just after the point contact
       type(track_t) :: track
       real(wp) :: excess, extension, sense, bend(0:2)
       integer :: e
@@ -174,16 +181,16 @@ contains
       rate = sense * (bend(1) - problem%compliance(e)%bending * extension * shear - track%curvature_rate * extension**2)
    end function excess_rate
 
-   !> Track at a contact node. A point contact lies at the least gap. If the rod bends more towards the obstacle than the nearest
+   !> Track at a contact node. A point contact is at the least gap. If the rod bends more towards the obstacle than the nearest
    !> piece of the track, the gap there is largest instead. If the next piece of the track bends more than the rod, the gap is least
-   !> beyond the joint of both pieces: the contact then belongs to the next piece, continued back across the joint.
+   !> beyond the joint of the two pieces: the contact then belongs to the next piece, continued back across the joint.
    pure subroutine contact_track(problem, state, candidate, track, which, excess, extension)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       type(track_t), intent(out) :: track
-      integer, intent(in), optional :: which        !! as in excess_curvature
-      real(wp), intent(out), optional :: excess, extension !! as in excess_curvature
+      integer, intent(in), optional :: which        !! side of the candidate (1: before it, 2: after it), see excess_curvature
+      real(wp), intent(out), optional :: excess, extension !! relative curvature and extension ratio, see excess_curvature
       type(track_t) :: beyond
       type(pose_t) :: pose
       real(wp) :: bend, axial, left
@@ -209,22 +216,22 @@ contains
       if (present(extension)) extension = axial
    end subroutine contact_track
 
-   !> Curvature of the rod at a contact, > 0 towards the free side, and its extension ratio.
+   !> Curvature of the rod at a contact, > 0 towards the free side, and extension ratio of the rod.
    pure subroutine rod_curvature(problem, state, candidate, track, curvature, extension, which)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      type(track_t), intent(in) :: track            !! track at the contact
-      real(wp), intent(out) :: curvature            !! per unit stress-free length
-      real(wp), intent(out) :: extension              !! 1 + e
-      integer, intent(in), optional :: which        !! as in excess_curvature
+      type(track_t), intent(in) :: track            !! point of the track at the contact
+      real(wp), intent(out) :: curvature            !! curvature of the rod by stress-free length [1/length]
+      real(wp), intent(out) :: extension              !! extension ratio 1 + e of the rod
+      integer, intent(in), optional :: which        !! side of the candidate (1: before it, 2: after it), see excess_curvature
       type(ge_load_t) :: load
       real(wp) :: angle, bend, sense, n(2), m, turn
       integer :: e, side
       sense = track_sense(problem, state, candidate, track, which)
       call own_element(problem, candidate, e, side, which)
       if (.not. (present(which) .or. problem%candidates%moves(candidate))) then
-         ! At a node with a couple or a change of section the curvature is that on the side towards which the contact rolls.
+         ! At a node with a couple or a change of section, the curvature is taken on the side towards which the contact rolls.
          angle = rod_angle(problem, state, candidate)
          turn = track%tangent(1) * sin(angle) - track%tangent(2) * cos(angle)
          side = merge(2, 1, turn > 0.0_wp)
@@ -242,13 +249,13 @@ contains
       curvature = sense * (bend + load%curvature + problem%compliance(e)%bending * m)
    end subroutine rod_curvature
 
-   !> Stress-free curvature in an element and its first two derivatives with respect to the stress-free length, one-sided at an end.
-   !> The second derivative is that of the parabola through three values of the curvature's first derivative.
+   !> Stress-free curvature in an element and its first two derivatives by the stress-free length; at an end of the element they are
+   !> one-sided. The second derivative is that of the parabola through three values of the first derivative.
    pure function bend_at(problem, state, e, tau) result(bend)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau                   !! 0 to 1 of the stress-free length
+      real(wp), intent(in) :: tau                   !! place in the element, 0 to 1 of its stress-free length
       real(wp) :: bend(0:2), s, middle, step, rate(-1:1), unused
       integer :: i
       bend = 0.0_wp
@@ -262,7 +269,7 @@ contains
          call curve_bend(curve, imperfection, min(max(s, g%s(1) + step), g%s(2) - step), bend(0), bend(1))
          step = epsilon(step)**(1.0_wp / 3.0_wp) * (g%s(2) - g%s(1))
          middle = min(max(s, g%s(1) + step), g%s(2) - step)
-         ! An element of a diverging iterate may be as short as rounding: its derivatives are then not computed.
+         ! In a diverging iterate an element may be as short as rounding: its derivatives are then not computed.
          if (.not. middle + step > middle - step) return
          do i = -1, 1
             call curve_bend(curve, imperfection, middle + i * step, unused, rate(i))
@@ -272,9 +279,9 @@ contains
       end associate
    end function bend_at
 
-   !> Rotational stiffness of a point contact. The point lies at the least gap, where the gap's slope g' along the rod is zero. The
-   !> potential of its force T is -T times the least gap, that is, -T (g - g'^2/(2 g'')) with the gap g at the node and its
-   !> derivatives along the rod. The stiffness is its second derivative with respect to g', T/g''.
+   !> Rotational stiffness of a point contact. The contact is at the least gap, where the slope g' of the gap along the rod is zero.
+   !> The potential of its force T is -T times the least gap, which is -T (g - g'^2/(2 g'')) with the gap g at the node and its
+   !> derivatives along the rod. The stiffness is the second derivative of this potential with respect to g', T/g''.
    pure real(wp) function touchdown_spring(problem, state, candidate) result(spring)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state            !! state with its contact reactions
@@ -284,14 +291,14 @@ contains
       if (.not. problem%candidates%rolls(candidate) .or. problem%candidates%held(candidate)) return
       call excess_curvature(problem, state, candidate, excess, extension)
       ! At an osculating contact the node hardly rotates, as at the end of a line contact, and the computed relative curvature may
-      ! be rounding: it is replaced by a small positive value.
+      ! be rounding: a small positive value is used instead.
       if (abs(excess) * problem%size <= curvature_slack) excess = curvature_slack / problem%size
       spring = state%reaction(candidate) * extension / excess
    end function touchdown_spring
 
-   !> Unbalanced couple at a point contact that is not at the least gap: force times distance to the least gap. A rotation below
-   !> rounding gives no couple, because at an osculating contact the distance is undetermined; there only a point that moves along
-   !> the rod gives a couple.
+   !> Unbalanced couple at a point contact that is not at the least gap: contact force times distance to the least gap. A rotation
+   !> below rounding gives no couple, because at an osculating contact this distance is undetermined; there only a point contact
+   !> that moves along the rod gives a couple.
    pure real(wp) function touchdown_couple(problem, state, candidate) result(couple)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state            !! state with its contact reactions
@@ -306,7 +313,8 @@ contains
       if (abs(turn) * problem%size > rounding_gap(problem)) couple = spring * turn
    end function touchdown_couple
 
-   !> Position of the force of a point contact whose node is a segment boundary: the least gap beside the node, to the second order.
+   !> Position of the force of a point contact whose node is a segment boundary: the least gap beside the node, accurate to second
+   !> order.
    pure type(rolled_t) function rolled(problem, state, candidate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -1,15 +1,15 @@
-!> Forces of foundations on one element: a quadrature over the part of the element in contact.
+!> Forces of foundations on one element, by a quadrature over the part of the element that is in contact.
 !>
-!> The Gauss points lie in the parts of the element in contact (element_gap) and move with the ends of these parts. The force is
+!> The Gauss points are in the parts of the element in contact (element_gap) and move with the ends of these parts. The force is
 !> zero at the ends, so that the integral is a smooth function of the displacements: Newton's method finds contact and equilibrium
-!> together, without jumps of reactions between points and without oscillation. The corners of a multi-linear law divide the element
-!> in the same way. If the state prescribes a segment of the law, the whole element is on this segment, whatever its gap
+!> together, without jumps of reactions between points and without oscillation. In the same way the corners of a multi-linear law
+!> divide the element. If the state prescribes a segment of the law, this segment applies to the whole element, whatever the gap
 !> (ground_segments).
 module element_foundation
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t, closing_rate, unknown_push, rounding_steps
-   use element_gap, only: element_gap_t, ground_gap, gap_look, gap_parts, gap_crossings, most_crossings, most_parts
+   use element_gap, only: element_gap_t, ground_gap, gap_and_gradient, gap_parts, gap_crossings, most_crossings, most_parts
    use force_law, only: foundation_reaction, carries, segment_open, segment_unknown
    use gauss_tableau, only: stage_basis
    use ground_segments, only: follows
@@ -20,7 +20,7 @@ module element_foundation
 
 contains
 
-   !> Quadrature of the forces of all foundations on an element; without points if the element is not in contact.
+   !> Quadrature of the forces of all foundations on an element; it has no points if the element is not in contact.
    subroutine foundation_forces(problem, state, e, list)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -30,13 +30,13 @@ contains
       if (problem%ground%founded(e)) call find_forces(problem, state, e, list)
    end subroutine foundation_forces
 
-   !> The same as foundation_forces, for an element with foundations. It is a separate procedure because its work arrays take time
-   !> to set up.
+   !> Computes the quadrature for an element on which foundations act. A separate procedure, because its work arrays take time to
+   !> set up.
    subroutine find_forces(problem, state, e, list)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      type(inner_forces_t), intent(inout) :: list !! in: empty
+      type(inner_forces_t), intent(inout) :: list !! in: empty; out: quadrature of the forces
       type(element_gap_t) :: gap
       real(wp) :: part(2, most_parts), from, rounding
       real(wp), allocatable :: corner(:)
@@ -66,7 +66,7 @@ contains
 
    contains
 
-      !> Positions in the element at which the gap passes a corner of a multi-linear law, in order.
+      !> Positions in the element at which the gap passes a corner of a multi-linear law, in ascending order.
       subroutine find_corners()
          real(wp) :: found(most_crossings), next
          integer :: side, a, b, m
@@ -90,15 +90,15 @@ contains
          end do
       end subroutine find_corners
 
-      !> Gauss points of a part of the element, the whole of which is in contact.
+      !> Adds the Gauss points of a part of the element that is entirely in contact.
       subroutine fill(first, last)
          real(wp), intent(in) :: first, last
          real(wp) :: length
          integer :: q
          length = last - first
          if (length <= 1.0e-12_wp) return
-         ! An element too long for its foundation has as many points as stages. With one point more it would follow the surface
-         ! between its stages, and the error of its polynomial there would be multiplied by the stiffness.
+         ! An element too long for its foundation has as many quadrature points as stages. With one point more it would follow the
+         ! surface between its stages, and the error of its polynomial there would be multiplied by the stiffness.
          if (carries(state%segment(c)) .and. .not. follows(problem, state, c)) then
             do q = 1, s
                call add_point(q, first + problem%tableau(s)%c(q) * length, problem%tableau(s)%b(q) * length)
@@ -111,11 +111,11 @@ contains
       end subroutine fill
 
       subroutine add_point(number, tau, weight)
-         integer, intent(in) :: number           ! index of the point in its part of the element
+         integer, intent(in) :: number           ! index of the point in this part of the element
          real(wp), intent(in) :: tau, weight
          real(wp) :: value, normal(2), bend, push, spring, t(2), x(2)
          integer :: q
-         call gap_look(problem, gap, tau, x, value, normal, bend)
+         call gap_and_gradient(problem, gap, tau, x, value, normal, bend)
          call foundation_reaction(problem%model, problem%model%obstacle(obstacle), -value, push, spring, state%segment(c))
          if (carries(state%segment(c)) .and. state%push(number, c) < unknown_push) &
             & push = min(max(state%push(number, c), push - spring * rounding), push + spring * rounding)

@@ -1,28 +1,28 @@
-!> Gap between an obstacle and the rod between two nodes, and the positions at which the gap has a given value; for the quadrature
-!> of foundation forces and for the report of contact.
+!> Gap between an obstacle and the rod between two nodes, and the positions at which the gap has a given value. It serves the
+!> quadrature of foundation forces and the report of contact.
 !>
-!> The rod is the polynomial of degree s of rod_profile, so that its gap has at most about 2 s bends: it is sampled at 2 s + 3
-!> positions, and its second differences bound its deviation between two samples.
+!> The rod is the polynomial of degree s from rod_profile, so that its gap has at most about 2 s bends. The gap is sampled at 2 s +
+!> 3 positions; second differences bound its deviation between two samples.
 module element_gap
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
    use element_families, only: collocates
    use candidates, only: candidates_t
    use rod_state, only: state_t, pose_of, candidate_offset, element_displacement
-   use rod_profile, only: profile_t, new_profile, mended_by, profile_look
+   use rod_profile, only: profile_t, new_profile, mended_by, profile_point
    use obstacle_geometry, only: moved_gap
    use obstacle_pose, only: pose_t
    use gauss_tableau, only: max_stages
    use force_law, only: segment_open, segment_unknown
    implicit none
    private
-   public :: element_gap_t, gap_root_t, new_element_gap, ground_gap, gap_look, gap_value, gap_parts, gap_crossings, gap_extreme, &
-      & root_factor, is_at, most_samples, most_crossings, most_parts
+   public :: element_gap_t, gap_root_t, new_element_gap, ground_gap, gap_and_gradient, gap_value, gap_parts, gap_crossings, &
+      & gap_extreme, root_factor, is_at, most_samples, most_crossings, most_parts
 
    integer, parameter :: most_samples = 2 * max_stages + 2
-   integer, parameter :: most_crossings = 2 * most_samples  !! largest number of points where the gap has a given value: none, one
-   !! or two between two samples
-   integer, parameter :: most_parts = most_crossings / 2 + 1 !! parts of an element in contact
+   integer, parameter :: most_crossings = 2 * most_samples !! largest number of positions at which the gap has a given value: none,
+   !! one or two between two samples
+   integer, parameter :: most_parts = most_crossings / 2 + 1 !! largest number of parts of an element that are in contact
 
    !> Gap of one element to one obstacle.
    type :: element_gap_t
@@ -30,38 +30,37 @@ module element_gap
       type(profile_t), public :: profile
       integer :: obstacle = 0
       logical :: bilateral = .false.            !! true: the gap is measured from the gap of the stress-free axis
-      type(pose_t) :: pose                      !! of the obstacle
-      real(wp) :: home_offset = 0.0_wp          !! offset of the contact, added to the gap of the stress-free axis
-      real(wp) :: offset = 0.0_wp               !! offset added to the gap since the start, see candidate_offset
-      real(wp) :: touching = 0.0_wp             !! the rod is in contact below this gap
-      integer :: segment = segment_unknown      !! segment of a foundation's law, if prescribed: contact all along the element, or
-      !! nowhere
+      type(pose_t) :: pose                      !! present position of the obstacle
+      real(wp) :: home_offset = 0.0_wp          !! GAP of the contact, added to the gap of the stress-free axis
+      real(wp) :: offset = 0.0_wp               !! change of this gap since the start, see candidate_offset
+      real(wp) :: touching = 0.0_wp             !! gap below which the rod is in contact
+      integer :: segment = segment_unknown !! segment of a foundation's law, if the state prescribes it: contact then exists along
+      !! the whole element, or nowhere
       integer, public :: samples = 0            !! number of equal intervals between samples
       logical :: sampled = .false.
       real(wp) :: sample(0:most_samples) = 0.0_wp
    end type element_gap_t
 
-   !> A known root of the gap, by which the gap is divided in a search for extreme values (see ground_ends).
+   !> A known root of the gap. In a search for extreme values the gap is divided by it (see ground_ends).
    type :: gap_root_t
-      real(wp) :: at = 0.0_wp                   !! position, in the unit of the caller (part of an element, or elsewhere along the
-      !! rod)
-      real(wp) :: scale = 1.0_wp                !! > 0, unit of distances from the root
+      real(wp) :: at = 0.0_wp !! position of the root, in the unit of the caller (part of an element, or arc length along the rod)
+      real(wp) :: scale = 1.0_wp                !! unit of distances from the root, > 0
       integer :: order = 1
-      real(wp) :: limit = 0.0_wp                !! limit of gap / (distance/scale)^order at the root
+      real(wp) :: limit = 0.0_wp                !! limit at the root of gap / (distance/scale)^order
    end type gap_root_t
 
-   !> Distance from a root, over the root's scale, below which the limit replaces the quotient. At this distance and for order 1,
-   !> the rounding error of the gap over the distance equals the second-order change from the limit.
+   !> Distance from a root, over the root's scale, below which the limit is used instead of the quotient. At this distance and for
+   !> order 1, the rounding error of the gap over the distance equals the second-order difference from the limit.
    real(wp), parameter :: at_root = epsilon(1.0_wp)**(1.0_wp / 3.0_wp)
 
 contains
 
-   !> Gap on the element after a candidate of contact or of a foundation.
+   !> Gap function on the element after a candidate of contact or of a foundation.
    pure function new_element_gap(problem, state, list, candidate) result(gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(candidates_t), intent(in) :: list
-      integer, intent(in) :: candidate          !! candidate with an element after it
+      integer, intent(in) :: candidate          !! candidate that has an element after it
       type(element_gap_t) :: gap
       associate (e => list%element(2, candidate))
          gap%profile = new_profile(problem, state, e)
@@ -76,7 +75,7 @@ contains
       gap%offset = candidate_offset(problem, state, list, candidate) - gap%home_offset
    end function new_element_gap
 
-   !> Gap on the element after a candidate of the foundations' chain, with the state's segment of the law.
+   !> Gap function on the element after a candidate of the foundations' chain, with the state's segment of the law.
    pure function ground_gap(problem, state, candidate) result(gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -86,47 +85,49 @@ contains
       gap%segment = state%segment(candidate)
    end function ground_gap
 
-   !> Position of the rod, gap, its gradient and its curvature along the obstacle, at a position in the element.
-   pure subroutine gap_look(problem, gap, tau, x, value, normal, bend)
+   !> At a position in the element: position of the rod, gap, gradient of the gap, and curvature of the gap along the obstacle.
+   pure subroutine gap_and_gradient(problem, gap, tau, x, value, normal, bend)
       type(problem_t), intent(in) :: problem
       type(element_gap_t), intent(in) :: gap
-      real(wp), intent(in) :: tau               !! 0 to 1 of the element
-      real(wp), intent(out) :: x(2), value, normal(2), bend !! position, gap, gradient, curvature
+      real(wp), intent(in) :: tau               !! position in the element, 0 to 1
+      real(wp), intent(out) :: x(2), value, normal(2), bend !! position of the rod, gap, gradient, curvature
       real(wp) :: at_home, home(2), displacement(3)
-      call profile_look(problem, gap%profile, tau, home, displacement)
+      call profile_point(problem, gap%profile, tau, home, displacement)
       if (gap%profile%mended) displacement(1:2) = displacement(1:2) + mended_by(gap%profile, tau)
       x = home + displacement(1:2)
       call moved_gap(problem%model%obstacle(gap%obstacle), home, gap%pose%own_motion(home, displacement(1:2)), at_home, value, &
          & normal, bend)
       normal = gap%pose%direction(normal)
       at_home = at_home + gap%home_offset
-      ! The initial gap is exactly zero for a rod on its obstacle, and for a bilateral contact, which has no force at the start.
+      ! The initial gap is taken as exactly zero for a rod on its obstacle and for a bilateral contact, which have no force at the
+      ! start.
       if (gap%bilateral .or. abs(at_home) <= rounding_gap(problem)) at_home = 0.0_wp
       value = value + at_home + gap%offset
-   end subroutine gap_look
+   end subroutine gap_and_gradient
 
    !> Gap at a position in the element.
    pure real(wp) function gap_value(problem, gap, tau) result(value)
       type(problem_t), intent(in) :: problem
       type(element_gap_t), intent(in) :: gap
-      real(wp), intent(in) :: tau !! 0 to 1 of the element
+      real(wp), intent(in) :: tau !! position in the element, 0 to 1
       real(wp) :: x(2), normal(2), bend
-      call gap_look(problem, gap, tau, x, value, normal, bend)
+      call gap_and_gradient(problem, gap, tau, x, value, normal, bend)
    end function gap_value
 
-   !> Parts of the element in contact, in order; the whole element under a bilateral obstacle.
+   !> Finds the parts of the element in contact, in ascending order; under a bilateral obstacle the whole element.
    subroutine gap_parts(problem, gap, n, part)
       type(problem_t), intent(in) :: problem
-      type(element_gap_t), intent(inout) :: gap !! samples are stored here
+      type(element_gap_t), intent(inout) :: gap !! out: contains the samples
       integer, intent(out) :: n                 !! number of parts
-      real(wp), intent(out) :: part(:, :)       !! (2, most_parts) beginning and end
+      real(wp), intent(out) :: part(:, :)       !! (2, most_parts) beginning and end of each part, 0 to 1
       real(wp) :: coarse(3), cut(0:most_crossings + 1)
       integer :: j, crossings
       n = 1
       part(:, 1) = [0.0_wp, 1.0_wp]
       if (gap%segment == segment_open) n = 0
       if (gap%bilateral .or. gap%segment /= segment_unknown) return
-      ! Most elements are in contact all along or nowhere, and their gap varies little compared with its size.
+      ! First the usual case: the element is in contact as a whole or not at all, and its gap varies little compared with its
+      ! magnitude.
       do j = 1, 3
          coarse(j) = gap_value(problem, gap, 0.5_wp * (j - 1)) - gap%touching
       end do
@@ -152,17 +153,17 @@ contains
       end do
    end subroutine gap_parts
 
-   !> Positions at which the gap has a given value, in order.
+   !> Finds the positions at which the gap has a given value, in ascending order.
    subroutine gap_crossings(problem, gap, level, n, place)
       type(problem_t), intent(in) :: problem
-      type(element_gap_t), intent(inout) :: gap !! samples are stored here
-      real(wp), intent(in) :: level             !! the value of the gap
+      type(element_gap_t), intent(inout) :: gap !! out: contains the samples
+      real(wp), intent(in) :: level             !! the given value of the gap
       integer, intent(out) :: n                 !! number of positions
-      real(wp), intent(out) :: place(:)         !! (most_crossings)
+      real(wp), intent(out) :: place(:)         !! (most_crossings) positions, 0 to 1
       real(wp) :: a, b, fa, fb, vertex, fv, waviness
       integer :: j
       call take_samples(problem, gap)
-      ! Bound of the deviation of the gap between samples.
+      ! Bound of the deviation of the gap from linear interpolation between samples.
       waviness = maxval(abs(gap%sample(:gap%samples - 2) - 2.0_wp * gap%sample(1:gap%samples - 1) + gap%sample(2:gap%samples)))
       n = 0
       do j = 1, gap%samples
@@ -173,7 +174,7 @@ contains
          if ((fa < 0.0_wp) .neqv. (fb < 0.0_wp)) then
             call add_root(a, b, fa, fb)
          else if (min(abs(fa), abs(fb)) <= waviness) then
-            ! The gap may reach the value between two samples.
+            ! The gap may reach the value between two samples without a change of sign at the samples.
             call find_extreme(vertex, fv)
             if ((fv < 0.0_wp) .eqv. (fa < 0.0_wp)) cycle
             call add_root(a, vertex, fa, fv)
@@ -205,7 +206,7 @@ contains
          end do
       end subroutine find_extreme
 
-      !> One root between two positions with different signs: regula falsi, Illinois variant.
+      !> Adds the root between two positions at which the function has different signs: regula falsi, Illinois variant.
       subroutine add_root(first, second, value_first, value_second)
          real(wp), intent(in) :: first, second, value_first, value_second
          real(wp) :: low, high, f_low, f_high, x, fx
@@ -230,16 +231,17 @@ contains
       end subroutine add_root
    end subroutine gap_crossings
 
-   !> Largest or smallest gap between two positions, ends included: best sample, improved by parabolas.
+   !> Finds the largest or smallest gap in an interval that includes its ends: the best sample, improved by parabolas.
    pure subroutine gap_extreme(problem, gap, largest, from, to, value, tau, root)
       type(problem_t), intent(in) :: problem
       type(element_gap_t), intent(in) :: gap
-      logical, intent(in) :: largest            !! true: largest, false: smallest gap
-      real(wp), intent(in) :: from, to          !! 0 <= from <= to <= 1
-      real(wp), intent(out) :: value, tau       !! the gap, and its position, 0 to 1
-      type(gap_root_t), intent(in), optional :: root(:) !! known roots to divide out; `at` and `scale` in parts of the element
+      logical, intent(in) :: largest            !! true: the largest gap; false: the smallest gap
+      real(wp), intent(in) :: from, to          !! ends of the interval, 0 <= from <= to <= 1
+      real(wp), intent(out) :: value, tau       !! the gap found, and its position, 0 to 1
+      type(gap_root_t), intent(in), optional :: root(:) !! known roots by which the gap is divided; `at` and `scale` are parts of
+      !! the element
       integer, parameter :: rounds = 40
-      real(wp), parameter :: finest = 1.0e-4_wp !! smallest step, as part of the interval: second differences at this distance keep
+      real(wp), parameter :: finest = 1.0e-4_wp !! smallest step over the length of the interval; second differences over it keep
       !! half of the digits
       real(wp) :: step, f(3), curvature, place, there, middle, last, sense
       integer :: i
@@ -282,7 +284,7 @@ contains
       end function at
    end subroutine gap_extreme
 
-   !> Gap divided by the powers of its distances from the known roots; the limit at a root.
+   !> Gap divided by the powers of the distances from the known roots; at a root itself the limit of the quotient.
    pure real(wp) function without_roots(gap, at, root) result(value)
       real(wp), intent(in) :: gap
       real(wp), intent(in) :: at                !! position, in the unit of the roots
@@ -295,7 +297,7 @@ contains
       value = value * root_factor(at, root)
    end function without_roots
 
-   !> Factor by which the division by the roots changes a gap. A root at the position itself has no factor.
+   !> Factor by which the division by the roots changes a gap. A root at the position itself contributes no factor.
    pure real(wp) function root_factor(at, root) result(factor)
       real(wp), intent(in) :: at
       type(gap_root_t), intent(in) :: root(:)
@@ -325,7 +327,7 @@ contains
       gap%sampled = .true.
    end subroutine take_samples
 
-   !> Gap below which the rod counts as in contact: zero, or the rounding of positions for an element that has not moved yet,
+   !> Gap below which the rod counts as in contact: zero. For an element that has not moved yet it is the rounding of positions,
    !> because a structure may begin with its whole length on the surface.
    pure real(wp) function touching_gap(problem, state, e)
       type(problem_t), intent(in) :: problem

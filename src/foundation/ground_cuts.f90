@@ -1,5 +1,5 @@
 !> Interface points of foundations, at which contact ends or a law has a corner: their positions along the rod segments (cut_t),
-!> independent of the mesh, and the interface points of a mesh with nodes at these positions (mark_t).
+!> independent of a mesh, and the interface points of a mesh with nodes at these positions (mark_t).
 module ground_cuts
    use kinds, only: wp
    use problem, only: problem_t, same_place
@@ -15,13 +15,14 @@ module ground_cuts
    private
    public :: find_cuts, inner_cuts, marked, add_marks, graded
 
-   real(wp), parameter :: shortest = 1.0e-6_wp !! least distance of interface points, as part of the structure's size; a mesh has a
-   !! node at none of two closer points
+   real(wp), parameter :: shortest = 1.0e-6_wp !! least distance between interface points, over the structure's size; of two closer
+   !! points a mesh has a node at neither
    !> Least distance between two interface points with the same gap, or between an interface point and a segment boundary, over the
-   !> length of a boundary layer beside the point; the second value is for soil along a rod. Shorter spans open and close with the
-   !> square root of the load, or continue beyond the boundary, where an interface point cannot go. Without interface points the
-   !> elements detect such contact themselves, with a relative error of the force of the third power of this number. The error bars
-   !> do not contain the kink of soil along a rod without interface point (inner_kinks), so that its error must be smaller.
+   !> length of a boundary layer beside the point. The second value is for foundations along a rod. Shorter spans open and close
+   !> with the square root of the load, or continue beyond the boundary, where an interface point cannot move. Without interface
+   !> points the elements determine such contact themselves; the relative error of the force is the third power of this number. The
+   !> error bars do not contain the kink of a foundation along a rod without interface point (inner_kinks); its error must therefore
+   !> be smaller.
    real(wp), parameter :: shortest_of_layer = 0.1_wp, shortest_along = 0.01_wp
 
 contains
@@ -38,8 +39,8 @@ contains
       rounding = gap_rounding(state)
       do m = 1, size(problem%mark)
          if (.not. is_live(problem, state, m)) then
-            ! The elements beside the point determine contact from the gap; the point is dropped if the gap does not cross its value
-            ! there.
+            ! The elements beside the point determine contact from the gap. The point is dropped if the gap there does not pass the
+            ! value of the point's corner.
             if (.not. crosses_at(problem, state, m)) cycle
          end if
          c = problem%mark(m)%candidate(2)
@@ -64,7 +65,7 @@ contains
 
    contains
 
-      !> Adds an interface point at the nominal coordinate s of an element.
+      !> Adds an interface point at nominal coordinate s of an element.
       subroutine add(candidate, e, s, at_level)
          integer, intent(in) :: candidate, e
          real(wp), intent(in) :: s, at_level
@@ -73,11 +74,11 @@ contains
       end subroutine add
    end function find_cuts
 
-   !> True if the mesh has an interface point at each of the given positions, and no other interface point.
+   !> True if the mesh has an interface point at each of the given positions and no others.
    logical function marked(problem, state, cut)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(cut_t), intent(in) :: cut(:)              !! interface points of this state
+      type(cut_t), intent(in) :: cut(:)              !! interface points of the state
       integer :: m
       marked = inner_cuts(cut) == size(problem%mark)
       do m = 1, size(problem%mark)
@@ -106,9 +107,9 @@ contains
       end do
    end subroutine sort
 
-   !> Removes pairs of interface points too close for an element between, points too close to a touchdown point, and points due to
-   !> oscillations of polynomials (same segment of the law on both sides). Points next to a segment boundary are moved onto the
-   !> boundary.
+   !> Removes pairs of interface points that are too close for an element between them, points too close to a touchdown point, and
+   !> points caused by oscillations of polynomials (with the same segment of the law on both sides). Points next to a segment
+   !> boundary are moved onto the boundary.
    subroutine thin(problem, state, cut)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -153,8 +154,8 @@ contains
       end function beside_touchdown
    end subroutine thin
 
-   !> Computes the lengths over which foundations bend the rod on both sides of each interface point. The segments of the law half
-   !> way to the next points determine the stiffness.
+   !> Computes the boundary layer lengths, over which foundations bend the rod, on both sides of each interface point. The stiffness
+   !> is that of the law's segments half way to the neighbouring points.
    subroutine add_layers(problem, state, cut)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -180,7 +181,7 @@ contains
       end do
    end subroutine add_layers
 
-   !> Adds the interface points of a mesh that has nodes at their positions.
+   !> Adds interface points to the problem of a mesh that has nodes at their positions.
    subroutine add_marks(problem, cut, division)
       type(problem_t), intent(inout) :: problem
       type(cut_t), intent(in) :: cut(:)
@@ -212,16 +213,16 @@ contains
       problem%ground%tabled = size(problem%mark) == 0 .and. size(problem%contact_span) == 0
    end subroutine add_marks
 
-   !> Coordinates of nodes between two positions: n elements of equal integral of a mesh density, shorter in boundary layers. In a
-   !> layer of length l beside an end, displacements fall as exp(-x / (sqrt(2) l)), and the error of an element of s stages is this
-   !> amplitude times the element's length to the power 2 s + 1. After a first element of length l, lengths of equal error grow as
-   !> exp(x / ((2 s + 1) sqrt(2) l)).
+   !> Coordinates of the nodes between two positions: n elements with equal integrals of a mesh density, shorter in boundary layers.
+   !> In a layer of length l beside an end, displacements decrease as exp(-x / (sqrt(2) l)); the error of an element of s stages is
+   !> this amplitude times the element's length to the power 2 s + 1. After a first element of length l, lengths of equal error grow
+   !> as exp(x / ((2 s + 1) sqrt(2) l)).
    pure function graded(demand, from, to, n, layer, stages) result(at)
       type(mesh_density_t), intent(in) :: demand
-      real(wp), intent(in) :: from, to !! nominal coordinates of both ends
-      integer, intent(in) :: n, stages !! elements; stages of an element
-      real(wp), intent(in) :: layer(2)               !! layer length at both ends, 0: none
-      real(wp), allocatable :: at(:)                 !! both ends included
+      real(wp), intent(in) :: from, to !! nominal coordinates of the two positions
+      integer, intent(in) :: n, stages !! number of elements; number of stages of an element
+      real(wp), intent(in) :: layer(2)               !! length of the boundary layer at each position; 0: none
+      real(wp), allocatable :: at(:)                 !! coordinates of the nodes, including the two positions
       real(wp), allocatable :: first(:), last(:), inner(:)
       real(wp) :: whole
       integer :: i, middle
@@ -237,8 +238,8 @@ contains
 
    contains
 
-      !> Distances of layer nodes from an end, 0 first, until the elements are as long as outside the layer, at most up to the
-      !> middle.
+      !> Distances of the layer's nodes from an end, beginning with 0, until the elements are as long as outside the layer, at most
+      !> up to the middle.
       pure function side(l, sense, end) result(x)
          real(wp), intent(in) :: l, sense, end
          real(wp), allocatable :: x(:)
@@ -256,14 +257,14 @@ contains
          end do
       end function side
 
-      !> Number of layer elements of graded lengths between two distances from an end.
+      !> Number of elements with graded lengths between two distances from an end.
       pure real(wp) function wanted(l, near, far)
          real(wp), intent(in) :: l, near, far
          wanted = 0.0_wp
          if (l > 0.0_wp) wanted = grown(l) / l * (exp(-near / grown(l)) - exp(-far / grown(l)))
       end function wanted
 
-      !> Distance from an end over which the graded lengths grow by the factor e.
+      !> Distance from an end over which the graded lengths grow by the factor e = 2.718.
       pure real(wp) function grown(l)
          real(wp), intent(in) :: l
          grown = (2 * stages + 1) * sqrt(2.0_wp) * l

@@ -1,11 +1,12 @@
-!> Rods in contact with foundations during Newton iterations: nodes follow the curved surface, and the boundary layer beside an end
-!> of contact moves with this end.
+!> Rods in contact with foundations during Newton iterations: nodes move along the curved surface, and the boundary layer beside an
+!> end of contact moves with this end.
 !>
-!> A Newton step is straight. A node that slides by d on a foundation with the radius of curvature r would leave the surface by
-!> d^2/(2 r), and a stiff foundation would exert forces unrelated to the solution. An interface point may move by more than the
-!> layer length (EI/k)^(1/4) over which a foundation of stiffness k bends the rod. If nodes then took the displacements of their new
-!> material points, the layer would stay behind. Gap and angle between rod and surface are small and determine the reaction: they
-!> change by their linear parts in the step. The position along the surface and the direction of the rod follow the surface.
+!> A Newton step is straight. A node that slides by d on a foundation with radius of curvature r would leave the surface by d^2/(2
+!> r), and a stiff foundation would exert forces unrelated to the solution. An interface point may move by more than the boundary
+!> layer length (EI/k)^(1/4) over which a foundation of stiffness k bends the rod; if the nodes then took the displacements of their
+!> new material points, the boundary layer would not move with the interface point. Gap and angle between rod and surface are small
+!> and determine the reaction. They are therefore changed by their linear parts in the step; the position along the surface and the
+!> direction of the rod follow the surface.
 module ground_following
    use kinds, only: wp
    use problem, only: problem_t
@@ -15,17 +16,18 @@ module ground_following
    use state_transfer, only: carry_stored, move_nodes
    implicit none
    private
-   public :: keep_to_ground, keep_layers
+   public :: follow_surface, move_layers
 
-   real(wp), parameter :: short = 1.0e-3_wp !! distance over which the boundary layer is straight, as part of an element
+   real(wp), parameter :: short = 1.0e-3_wp !! distance over which the boundary layer counts as straight, over the length of an
+   !! element
 
 contains
 
-   !> Removes the nonlinear part of the changes of gap and angle of contact nodes from a Newton step.
-   subroutine keep_to_ground(problem, before, state)
+   !> Removes from a Newton step the nonlinear part of the changes of gap and angle at contact nodes.
+   subroutine follow_surface(problem, before, state)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: before        !! before the step, same nodes
-      type(state_t), intent(inout) :: state      !! after the step
+      type(state_t), intent(in) :: before        !! state before the step, with the same nodes
+      type(state_t), intent(inout) :: state      !! state after the step; corrected
       real(wp) :: gap(2), normal(2, 2), bend(2), way(2), wanted, load, linear
       integer :: c
       load = state%load_factor - before%load_factor
@@ -37,25 +39,25 @@ contains
                & load * problem%model%step(problem%step)%load%motion(:, chain%obstacle(c))
             wanted = gap(1) + dot_product(normal(:, 1), way) - load * closing_rate(problem, chain, c)
             linear = -bend(1) * (normal(2, 1) * way(1) - normal(1, 1) * way(2))
-            ! A smaller rotation has a second-order effect below rounding.
+            ! The effect of a smaller rotation is of second order and below rounding.
             if (abs(linear) <= sqrt(epsilon(linear))) cycle
             call chain_gap(problem, state, chain, c, gap(2), normal(:, 2), bend(2))
             state%u(1:2, node) = state%u(1:2, node) + (wanted - gap(2)) * normal(:, 2)
             state%u(3, node) = state%u(3, node) + turn(normal) - linear
          end associate
       end do
-   end subroutine keep_to_ground
+   end subroutine follow_surface
 
    !> Moves boundary layers with interface points: gaps, angles and section forces in the contact change linearly with the motion of
-   !> the nodes along the rod, at the rates on the contact side.
-   subroutine keep_layers(problem, before, shift, state)
+   !> the nodes along the rod; the rates are those on the contact side.
+   subroutine move_layers(problem, before, shift, state)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: before        !! before the nodes move
-      real(wp), intent(in) :: shift(:)           !! (nodes) along the rod, nominal length
-      type(state_t), intent(inout) :: state      !! transferred to the new positions of the nodes
+      type(state_t), intent(in) :: before        !! state before the nodes move
+      real(wp), intent(in) :: shift(:)           !! (nodes) motion along the rod, in the nominal coordinate
+      type(state_t), intent(inout) :: state !! in: transferred to the new positions of the nodes; out: with moved boundary layers
       type(state_t) :: moved(2)
       real(wp) :: part, gap(2), normal(2, 2), bend(2), rate(2), bow, lift, twist, way(2)
-      real(wp) :: beside(size(shift))            ! motion of the nodes of elements in contact
+      real(wp) :: beside(size(shift))            ! motion along the rod of the nodes of elements in contact
       logical :: lying(problem%model%mesh%n_elements)
       integer :: c, e, side
       part = huge(part)
@@ -78,8 +80,8 @@ contains
             bow = bow + bend(1) * (normal(2, 1) * rate(1) - normal(1, 1) * rate(2))
             lift = gap(1) + dot_product(normal(:, 1), merge(way, rate, chain%bilateral(c))) * shift(node) - gap(2)
             twist = bow * shift(node) - (direction(problem, state, c) - direction(problem, before, c) - turn(normal))
-            ! Smaller differences are rounding of positions and directions. All larger differences are applied, even for short
-            ! motions: otherwise the interpolation error of transferred polynomials would make the iteration oscillate.
+            ! Smaller differences are rounding of positions and directions. All larger ones are applied, even for short motions:
+            ! otherwise the interpolation error of transferred polynomials would make the iteration oscillate.
             if (abs(lift) > rounding_steps * epsilon(lift) * problem%size) &
                & state%u(1:2, node) = state%u(1:2, node) + lift * normal(:, 2)
             if (abs(twist) > rounding_steps * epsilon(twist)) state%u(3, node) = state%u(3, node) + twist
@@ -103,10 +105,10 @@ contains
       do c = 1, problem%ground%chain%n
          if (.not. pressed(before, c)) cycle
          e = problem%ground%chain%element(2, c)
-         ! Central differences, because the errors of polynomials have opposite signs at both ends of an element.
+         ! Central differences are used, because the errors of polynomials have opposite signs at the two ends of an element.
          state%z(:, e) = before%z(:, e) + (moved(1)%z(:, e) - moved(2)%z(:, e)) / (2.0_wp * part)
       end do
-   end subroutine keep_layers
+   end subroutine move_layers
 
    !> True if the state prescribes contact for the element after a candidate of the foundations' chain.
    pure logical function pressed(state, candidate)
@@ -140,7 +142,7 @@ contains
 
    !> Angle between two unit vectors, > 0 counterclockwise.
    pure real(wp) function turn(pair)
-      real(wp), intent(in) :: pair(2, 2)         !! (components, vectors)
+      real(wp), intent(in) :: pair(2, 2)         !! (components, vectors) two unit vectors
       turn = atan2(pair(1, 1) * pair(2, 2) - pair(2, 1) * pair(1, 2), dot_product(pair(:, 1), pair(:, 2)))
    end function turn
 end module ground_following

@@ -1,10 +1,10 @@
-!> Segments of foundation laws, assigned to elements: a property of the whole span between two interface points, not of the sign of
-!> the gap at a point.
+!> Segments of foundation laws, assigned to elements. A segment belongs to the whole span between two interface points; it does not
+!> depend on the sign of the gap at a single point.
 !>
 !> During Newton iterations a span in contact transmits pressure and tension, a free span no force; the interface points are the
-!> ends of the spans. At the solution the gaps must agree with the assigned segments. An element whose gap disagrees determines its
-!> contact from the gap (segment_unknown), like all elements of meshes without interface points: these equations are right, too, but
-!> of lower order.
+!> ends of the spans. At the solution the gaps must agree with the assigned segments. An element whose gap does not agree determines
+!> its contact from the gap (segment_unknown), as do all elements of meshes without interface points. These equations are correct as
+!> well, but of lower order.
 module ground_segments
    use kinds, only: wp
    use cross_section, only: section_t
@@ -12,36 +12,38 @@ module ground_segments
    use problem, only: problem_t
    use rod_state, only: state_t
    use force_law, only: law_segment, segment_slope, carries, segment_open, segment_unknown
-   use element_gap, only: element_gap_t, ground_gap, gap_look, gap_value, gap_extreme, gap_crossings, most_crossings
+   use element_gap, only: element_gap_t, ground_gap, gap_and_gradient, gap_value, gap_extreme, gap_crossings, most_crossings
    use rod_profile, only: mend_ends, profile_error, profile_angle
    use element_families, only: collocates
    use state_transfer, only: find_point
    use gauss_tableau, only: max_stages
    implicit none
    private
-   public :: has_kinks, follows, tell_segments, settle_found, segments_hold, element_cuts, crosses_at, segment_at
+   public :: has_kinks, follows, assign_segments, assign_found_segments, segments_hold, element_cuts, crosses_at, segment_at
    public :: segment_stiffness, is_cut, gap_uncertainty, followed_part, stiffest, decay_length, gap_in_state
-   public :: settled_gap, gap_rounding
+   public :: mean_gap_and_waves, gap_rounding
 
-   real(wp), parameter :: noise = 1.0e3_wp * epsilon(1.0_wp) !! rounding of gaps and residual of Newton's method, relative to the
-   !! displacements
-   real(wp), parameter :: at_mark = 0.1_wp !! part of an element: a crossing this close to an interface point is the position to
-   !! which Newton's method moves this point
-   real(wp), parameter :: at_node = 1.0e-6_wp !! part of an element: a crossing this close to a node is not inside the element
+   real(wp), parameter :: noise = 1.0e3_wp * epsilon(1.0_wp) !! rounding error of gaps plus residual of Newton's method, over the
+   !! size of the displacements
+   real(wp), parameter :: at_mark = 0.1_wp !! distance from an interface point, as part of an element, up to which a crossing is the
+   !! position to which Newton's method moves this point
+   real(wp), parameter :: at_node = 1.0e-6_wp !! distance from a node, as part of an element, up to which a crossing does not count
+   !! as inside the element
 
    !> Largest (h/l)^4 for which collocation with 1, 2, ... stages represents the displacement of a rod on a foundation (h: length of
-   !> the element, l: decay_length). Across the rod the displacement falls as exp(-z), z = h/l at 45 degrees to the real axis, along
-   !> the rod with real z. The stability function of the method, the diagonal Pade approximant of the exponential, decreases with z
-   !> only up to the fourth root of these values; beyond, a stiffer foundation would give longer waves.
+   !> the element, l: decay_length). Transverse to the rod the displacement decreases as exp(-z) with z = h/l in the directions of
+   !> 45 degrees to the real axis; along the rod with real z. The stability function of the method, the diagonal Pade approximant of
+   !> the exponential, decreases with z only up to the fourth root of these values. Beyond it a stiffer foundation would give longer
+   !> waves.
    real(wp), parameter :: stiffest(max_stages) = [16.0_wp, 144.0_wp, 667.4_wp, 2059.0_wp, 4434.6_wp, 7682.8_wp]
 
 contains
 
-   !> Length over which displacements of a rod decay on a foundation: (EI/k)^(1/4) across the rod, (EA/k)^(1/2) along it.
+   !> Length over which displacements of a rod decay on a foundation: (EI/k)^(1/4) transverse to the rod, (EA/k)^(1/2) along it.
    pure real(wp) function decay_length(section, obstacle, stiffness) result(length)
       type(section_t), intent(in) :: section
       type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: stiffness      !! k > 0 [force/length^2]
+      real(wp), intent(in) :: stiffness      !! stiffness k of the foundation, > 0 [force/length^2]
       if (.not. obstacle%along_rod) then
          length = (section%ei / stiffness)**0.25_wp
       else if (section%inextensible) then
@@ -51,18 +53,19 @@ contains
       end if
    end function decay_length
 
-   !> Longest element that represents the displacement of a rod on the foundation after a candidate of the foundations' chain.
+   !> Length of the longest element that represents the displacement of a rod on the foundation after a candidate of the
+   !> foundations' chain.
    pure real(wp) function followed_length(problem, candidate, stiffness) result(length)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: stiffness      !! > 0
+      real(wp), intent(in) :: stiffness      !! stiffness of the foundation, > 0 [force/length^2]
       associate (mesh => problem%model%mesh, e => problem%ground%chain%element(2, candidate))
          length = min(stiffest(mesh%stages(e))**0.25_wp * decay_length(problem%model%section(mesh%section(e)), &
             & problem%model%obstacle(problem%ground%chain%obstacle(candidate)), stiffness), huge(length))
       end associate
    end function followed_length
 
-   !> Largest part of the foundations' stiffness at which all elements are short enough to represent the displacement. Foundations
+   !> Largest part of the foundations' stiffness for which all elements are short enough to represent the displacement. Foundations
    !> without corners or ends of contact do not count.
    pure real(wp) function followed_part(problem) result(part)
       type(problem_t), intent(in) :: problem
@@ -78,8 +81,8 @@ contains
    end function followed_part
 
    !> True if an element is short enough to represent the deflection on its foundation, or is not in contact. False for an element
-   !> in contact, or with an unknown segment of the law, that is too long: its gap between the nodes is meaningless. The result is a
-   !> property of the mesh as it was made and does not change when nodes move with interface points.
+   !> that is too long and in contact, or whose segment of the law is unknown: its gap between the nodes is meaningless. The result
+   !> is a property of the mesh when it was made; it does not change when nodes move with interface points.
    pure logical function follows(problem, state, candidate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -93,9 +96,9 @@ contains
       end associate
    end function follows
 
-   !> Gap on the element after a candidate, with the accuracy of the nodes. If the element is short enough for its foundation, the
-   !> gap has the Hermite correction, and is much more accurate than the polynomial in the quadrature of the foundation's forces.
-   !> (Rods with shear flexibility have no correction: it would need the foundation's forces at the nodes.)
+   !> Gap function on the element after a candidate. If the element is short enough for its foundation, the gap has the accuracy of
+   !> the nodes by the Hermite correction, and is much more accurate than the polynomial in the quadrature of the foundation's
+   !> forces. (Rods with shear flexibility have no correction, because it would require the foundation's forces at the nodes.)
    pure function gap_in_state(problem, state, candidate) result(gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -109,15 +112,14 @@ contains
       if (follows(problem, state, candidate)) call mend_ends(problem, state, gap%profile, 3)
    end function gap_in_state
 
-   !> For an element too long for its foundation, the mean gap and the amplitudes of the waves that decay into the element from its
-   !> nodes: (A cos b s + B sin b s) / exp(b s) at the distance s from a node, with 4 b^4 = k/EI, the foundation's stiffness k, and
-   !> A and B from gap and slope at the node. Amplitudes are computed only at nodes with a neighbouring element that is short
-   !> enough.
-   subroutine settled_gap(problem, state, candidate, mean, waves)
+   !> For an element too long for its foundation: the mean gap, and the amplitudes of the waves that decay into the element from its
+   !> nodes, (A cos b s + B sin b s) / exp(b s) at the distance s from a node, with 4 b^4 = k/EI, the foundation's stiffness k, and
+   !> A and B from gap and slope at the node. Amplitudes are computed only at nodes whose other element is short enough.
+   subroutine mean_gap_and_waves(problem, state, candidate, mean, waves)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      real(wp), intent(out) :: mean, waves(2)   !! waves >= 0
+      real(wp), intent(out) :: mean, waves(2)   !! mean gap; amplitudes at the first and second node, >= 0
       type(element_gap_t) :: gap
       real(wp) :: x(2), value, normal(2), bend, theta, rate, slope
       integer :: i, beside
@@ -135,17 +137,17 @@ contains
             end if
             if (beside == 0) cycle
             if (.not. follows(problem, state, beside)) cycle
-            call gap_look(problem, gap, real(i - 1, wp), x, value, normal, bend)
+            call gap_and_gradient(problem, gap, real(i - 1, wp), x, value, normal, bend)
             theta = profile_angle(problem, state, gap%profile, real(i - 1, wp))
             slope = dot_product(normal, [cos(theta), sin(theta)]) * merge(1.0_wp, -1.0_wp, i == 1)
             waves(i) = norm2([value - mean, value - mean + slope / rate])
          end do
       end associate
-   end subroutine settled_gap
+   end subroutine mean_gap_and_waves
 
-   !> First and last position in an element too long for its foundation at which its gap has a meaning: the nodes if the foundation
-   !> acts along the rod, else the first and last stage, because the deflection at a node may be a wave.
-   pure function told_within(problem, candidate) result(ends)
+   !> First and last position, in an element too long for its foundation, at which its gap has a meaning: the nodes if the
+   !> foundation acts along the rod; else the first and the last stage, because the deflection at a node may be that of a wave.
+   pure function meaningful_ends(problem, candidate) result(ends)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
       real(wp) :: ends(2)
@@ -154,9 +156,9 @@ contains
       associate (tableau => problem%tableau(problem%model%mesh%stages(problem%ground%chain%element(2, candidate))))
          ends = tableau%c([1, tableau%stages])
       end associate
-   end function told_within
+   end function meaningful_ends
 
-   !> Mean gap of an element too long for its foundation, for which only the integral of the force is meaningful.
+   !> Mean gap of an element too long for its foundation: only the integral of its force has a meaning.
    pure real(wp) function mean_gap(problem, candidate, gap)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
@@ -167,7 +169,7 @@ contains
       end associate
    end function mean_gap
 
-   !> True for the element after a candidate of the foundations' chain if its law has corners or contact may end.
+   !> True if the law of the foundation on the element after a candidate has corners, or if contact may end there.
    pure logical function has_kinks(problem, candidate)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
@@ -193,7 +195,7 @@ contains
       end associate
    end function kink_levels
 
-   !> Segment of the law at a gap.
+   !> Segment of the law that applies at a given gap.
    pure integer function segment_of(problem, candidate, gap) result(segment)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
@@ -208,7 +210,7 @@ contains
       end associate
    end function segment_of
 
-   !> Foundation stiffness on a segment of the law: reaction per penetration and length; 0 without contact.
+   !> Foundation stiffness on a segment of the law: reaction by penetration and length [force/length^2]; 0 without contact.
    pure real(wp) function segment_stiffness(problem, candidate, segment) result(stiffness)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate, segment
@@ -221,14 +223,14 @@ contains
       end associate
    end function segment_stiffness
 
-   !> Segment of the law at a point of a rod segment, and its stiffness, for one contact.
+   !> Segment of the law of one contact at a point of a rod segment, and the stiffness on this segment.
    subroutine segment_at(problem, state, rod_segment, contact, at, segment, stiffness)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: rod_segment, contact !! indices into layout%rod_segment and model%contact
       real(wp), intent(in) :: at                !! coordinate along the rod segment
-      integer, intent(out) :: segment           !! segment_unknown: none, or not determined
-      real(wp), intent(out) :: stiffness        !! as in segment_stiffness
+      integer, intent(out) :: segment           !! segment of the law; segment_unknown: there is none, or it is not determined
+      real(wp), intent(out) :: stiffness        !! stiffness on the segment, see segment_stiffness
       real(wp) :: tau
       integer :: e, k
       segment = segment_unknown
@@ -245,32 +247,32 @@ contains
       end do
    end subroutine segment_at
 
-   !> Error of each gap of a state due to rounding of displacements and the residual of Newton's method. The result depends on the
+   !> Error of every gap of a state, caused by the rounding of displacements and the residual of Newton's method. It depends on the
    !> displacements of all nodes and is the same for all candidates: callers compute it once.
    pure real(wp) function gap_rounding(state)
       type(state_t), intent(in) :: state
       gap_rounding = noise * maxval(abs(state%u(1:2, :)))
    end function gap_rounding
 
-   !> Uncertainty of a gap between the nodes: interpolation error and rounding.
+   !> Uncertainty of a gap between the nodes: interpolation error plus rounding error.
    real(wp) function gap_uncertainty(gap, rounding)
       type(element_gap_t), intent(in) :: gap
-      real(wp), intent(in) :: rounding          !! gap_rounding of the state
+      real(wp), intent(in) :: rounding          !! result of gap_rounding for the state
       gap_uncertainty = profile_error(gap%profile) + rounding
    end function gap_uncertainty
 
-   !> Positions inside the element after a candidate at which the gap has the value of a corner of the law. Crossings that belong to
-   !> the interface points at the element's ends are left out, and those between which the gap differs from the value by rounding
-   !> only.
+   !> Finds the positions inside the element after a candidate at which the gap has the value of a corner of the law. Left out are
+   !> crossings that belong to the interface points at the ends of the element, and crossings between which the gap differs from the
+   !> value by rounding only.
    subroutine element_cuts(problem, state, candidate, rounding, n, tau, level, smallest)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: rounding           !! gap_rounding of the state
+      real(wp), intent(in) :: rounding           !! result of gap_rounding for the state
       integer, intent(out) :: n                  !! number of positions
-      real(wp), allocatable, intent(out) :: tau(:), level(:) !! (n) positions, 0 to 1, in order for each corner of the law; gap of
-      !! the corner at each position
-      real(wp), intent(in), optional :: smallest !! oscillations of the gap up to this size are ignored
+      real(wp), allocatable, intent(out) :: tau(:), level(:) !! (n) positions, 0 to 1, in ascending order for each corner of the
+      !! law; gap at this corner
+      real(wp), intent(in), optional :: smallest !! oscillations of the gap up to this magnitude are ignored
       type(element_gap_t) :: gap
       real(wp) :: place(most_crossings), wave, ends(2)
       real(wp), allocatable :: levels(:)
@@ -284,11 +286,11 @@ contains
       wave = gap_uncertainty(gap, rounding)
       if (present(smallest)) wave = max(wave, smallest)
       do k = 1, size(levels)
-         ! A gap that differs from the value by rounding only, such as that of a rod on its foundation without force, has no ends of
+         ! If the gap differs from the value by rounding only, as for a rod on its foundation without force, there is no end of
          ! contact.
          if (maxval(abs([(gap_value(problem, gap, 0.125_wp * j) - levels(k), j=0, 8)])) <= rounding) cycle
          if (.not. follows(problem, state, candidate)) then
-            ends = told_within(problem, candidate)
+            ends = meaningful_ends(problem, candidate)
             if ((gap_value(problem, gap, ends(1)) - levels(k)) * (gap_value(problem, gap, ends(2)) - levels(k)) > 0.0_wp) cycle
          end if
          mine = .false.
@@ -306,7 +308,7 @@ contains
          do j = 1, crossings - 1
             if (abs(gap_value(problem, gap, 0.5_wp * (place(j) + place(j + 1))) - levels(k)) <= wave) known(j:j + 1) = .false.
          end do
-         ! A crossing that bounds half an oscillation whose other half is beyond a node is dropped as well.
+         ! A crossing that bounds half an oscillation, with the other half behind a node, is dropped as well.
          if (present(smallest) .and. crossings > 0) then
             if (abs(gap_value(problem, gap, 0.0_wp) - levels(k)) <= smallest) known(1) = .false.
             if (abs(gap_value(problem, gap, 1.0_wp) - levels(k)) <= smallest) known(crossings) = .false.
@@ -317,7 +319,7 @@ contains
       n = size(tau)
    end subroutine element_cuts
 
-   !> True if the gap passes the value of an interface point's corner between the positions at the distance at_mark (part of an
+   !> True if the gap passes the value of an interface point's corner between two positions, at the distance at_mark (part of an
    !> element) before and after the point.
    logical function crosses_at(problem, state, m)
       type(problem_t), intent(in) :: problem
@@ -334,8 +336,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: rounding           !! gap_rounding of the state
-      real(wp), intent(in), optional :: smallest !! oscillations of the gap up to this size are ignored
+      real(wp), intent(in) :: rounding           !! result of gap_rounding for the state
+      real(wp), intent(in), optional :: smallest !! oscillations of the gap up to this magnitude are ignored
       real(wp), allocatable :: tau(:), level(:)
       integer :: n
       is_cut = .false.
@@ -344,12 +346,13 @@ contains
       is_cut = any(tau > at_node .and. tau < 1.0_wp - at_node)
    end function is_cut
 
-   !> Assigns segments of the laws to the elements of a state: each span gets the segment of the interface points at its ends; if
-   !> the gaps contradict this, the segment becomes unknown. On meshes without interface points all segments are unknown.
-   subroutine tell_segments(problem, state, carried)
+   !> Assigns segments of the laws to the elements of a state: each span gets the segment that follows from the interface points at
+   !> its ends. If the gaps do not agree with it, the segment becomes unknown. On meshes without interface points all segments are
+   !> unknown.
+   subroutine assign_segments(problem, state, carried)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(inout) :: state
-      logical, intent(in) :: carried            !! true: the state comes from another mesh, on which the nodes were inside elements
+      logical, intent(in) :: carried !! true: the state comes from another mesh, on which the present nodes were inside elements
       logical :: hold
       integer :: c, last, m
       state%segment = segment_unknown
@@ -371,7 +374,7 @@ contains
 
    contains
 
-      !> True if the element of the next candidate belongs to the same span: no interface point lies between.
+      !> True if the element of the next candidate belongs to the same span, because there is no interface point in between.
       pure logical function goes_on(at)
          integer, intent(in) :: at
          integer :: m
@@ -383,18 +386,18 @@ contains
          end do
          goes_on = .true.
       end function goes_on
-   end subroutine tell_segments
+   end subroutine assign_segments
 
-   !> Assigns segments to elements that have determined their contact from the gap: those beside an interface point with a single
-   !> crossing, to which Newton's method will move the point, and those without a crossing. The segments of other elements remain
-   !> unknown.
-   subroutine settle_found(problem, state)
+   !> Assigns segments to elements that have determined their contact from the gap. These are elements beside an interface point
+   !> with a single crossing, to which Newton's method will move the point, and elements without a crossing. The segments of other
+   !> elements remain unknown.
+   subroutine assign_found_segments(problem, state)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(inout) :: state         !! converged
+      type(state_t), intent(inout) :: state         !! in: converged; out: with assigned segments
       logical :: found(size(state%segment))
       integer :: c, m
       found = state%segment == segment_unknown
-      call tell_segments(problem, state, carried=.false.)
+      call assign_segments(problem, state, carried=.false.)
       do c = 1, size(state%segment)
          if (.not. found(c) .or. state%segment(c) == segment_unknown) cycle
          if (kinks_in(c) > 0) state%segment(c) = segment_unknown
@@ -425,15 +428,15 @@ contains
             kinks = kinks + n
          end do
       end function kinks_in
-   end subroutine settle_found
+   end subroutine assign_found_segments
 
-   !> Tests whether the gaps of a converged state agree with the assigned segments; in an element that disagrees the segment becomes
-   !> unknown.
+   !> Tests whether the gaps of a converged state agree with the assigned segments. Where they do not, the segment of the element
+   !> becomes unknown.
    subroutine segments_hold(problem, state, hold, carried)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(inout) :: state
-      logical, intent(out) :: hold              !! true: all agree
-      logical, intent(in) :: carried            !! true: the state comes from another mesh, as in tell_segments
+      logical, intent(out) :: hold              !! true: all gaps agree with their segments
+      logical, intent(in) :: carried !! true: the state comes from another mesh, on which the present nodes were inside elements
       type(element_gap_t) :: gap
       real(wp) :: low, high, slack, rounding
       real(wp), allocatable :: value(:)
@@ -446,7 +449,7 @@ contains
          gap = gap_in_state(problem, state, c)
          call segment_range(problem, c, state%segment(c), low, high)
          slack = gap_uncertainty(gap, rounding)
-         ! An interface point away from its equilibrium position shifts the gap at its node.
+         ! An interface point that is not at its equilibrium position shifts the gap at its node.
          marked = .false.
          do j = 1, size(problem%mark)
             marked = marked .or. problem%mark(j)%candidate([2, 1]) == c
@@ -467,10 +470,10 @@ contains
 
    contains
 
-      !> Gaps at samples, and the extreme values between samples that may lie outside the range of the segment.
+      !> Gaps at the samples, and those extreme values between samples that may be outside the range of the segment.
       function with_extremes(gap, first, last) result(value)
          type(element_gap_t), intent(in) :: gap
-         integer, intent(in) :: first, last      !! samples
+         integer, intent(in) :: first, last      !! indices of the first and the last sample
          real(wp), allocatable :: value(:)
          real(wp) :: waves, extreme, at
          integer :: j, n
@@ -488,7 +491,7 @@ contains
       end function with_extremes
    end subroutine segments_hold
 
-   !> Range of gaps of a segment.
+   !> Smallest and largest gap of a segment of the law.
    pure subroutine segment_range(problem, candidate, segment, low, high)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate, segment

@@ -1,9 +1,9 @@
-!> Moment error due to a kink of a foundation's force inside an element.
+!> Moment error caused by a kink of a foundation's force inside an element.
 !>
 !> A foundation that ends inside an element, or whose law has a corner there, exerts a force with the part J (x - c)+, where c is
 !> the position of the kink and J the slope of the gap there times the jump of the stiffness. The element integrates this force and
-!> its first moments exactly (see ge_element), but its moment is a polynomial of degree s: the error is the part of J (x - c)+^3/6
-!> that this polynomial does not represent. A foundation along the rod exerts no moment.
+!> its first moments exactly (see ge_element). But the moment of the element is a polynomial of degree s; the error is the part of J
+!> (x - c)+^3/6 that this polynomial does not represent. A foundation along the rod exerts no moment.
 module inner_kinks
    use kinds, only: wp
    use problem, only: problem_t
@@ -16,14 +16,15 @@ module inner_kinks
    private
    public :: kink_moments, left_of_kink
 
-   !> Largest moment error, over all positions of the kink, of an element of length 1 with s stages and J = 1.
+   !> Largest moment error, over all positions of the kink, for an element of length 1 with s stages and J = 1.
    real(wp), parameter :: left_of_kink(max_stages) = [4.13e-2_wp, 5.21e-3_wp, 6.78e-4_wp, 1.44e-4_wp, 7.07e-5_wp, 3.17e-5_wp]
 
-   real(wp), parameter :: beside = 1.0_wp / 64.0_wp !! part of an element: distance over which the slope of the gap is computed
+   real(wp), parameter :: beside = 1.0_wp / 64.0_wp !! distance over which the slope of the gap is computed, as a part of the
+   !! element
 
 contains
 
-   !> Moment error due to kinks in each element, integrated along the element [moment * length].
+   !> (elements) moment error caused by kinks in each element, integrated along the element [moment * length].
    function kink_moments(problem, state) result(moment)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged

@@ -1,9 +1,10 @@
-!> Symmetric band matrices with a border. A positive definite band is factored by LAPACK's Cholesky method, any other by LAPACK's LU
-!> with pivoting.
+!> Symmetric band matrices with a border. A positive definite band matrix is factored by LAPACK's Cholesky method, any other by
+!> LAPACK's LU factorisation with pivoting.
 !>
-!> The border consists of a few unknowns that may be coupled with every other one. With the band A of the other unknowns, the
-!> columns B of the border and its own matrix C, the matrix is [A B; B^T C]. Its factors are those of A and of the Schur complement
-!> C - B^T A^-1 B; by Haynsworth's theorem its negative eigenvalues are as many as those of A and of the Schur complement together.
+!> The border consists of a few unknowns that may be coupled with every other unknown. With the band A of the other unknowns, the
+!> columns B of the border and the matrix C between border unknowns, the matrix is [A B; B^T C]. Its factors are those of A and of
+!> the Schur complement C - B^T A^-1 B. By Haynsworth's theorem the number of its negative eigenvalues is that of A plus that of the
+!> Schur complement.
 module band_matrix
    use kinds, only: wp
    use lapack, only: dpbtrf, dpbtrs, dgbtrf, dgbtrs, dsbmv, dsytrf, dsytrs
@@ -17,35 +18,37 @@ module band_matrix
    type :: band_t
       integer :: n = 0, kd = 0
       real(wp), allocatable :: a(:, :)   !! (kd + 1, n)
-      integer, allocatable :: border(:)  !! unknowns of the border
-      real(wp), allocatable :: beside(:, :) !! (n, border) columns of the border; entries between two of its unknowns are in both
+      integer, allocatable :: border(:)  !! indices of the border unknowns
+      real(wp), allocatable :: beside(:, :) !! (n, border) columns of the border; entries between two border unknowns are stored in
+      !! both columns
    end type band_t
 
    !> Factors of a symmetric band matrix.
    type :: factor_t
       integer :: n = 0, kd = 0
       logical :: positive = .false.      !! true: Cholesky's method succeeded
-      logical :: deficient = .false.     !! true: the matrix was exactly singular and springs were added to its diagonal, see
+      logical :: deficient = .false. !! true: the matrix was exactly singular, and springs were added to its diagonal, see
       !! spring_forces
-      integer :: negative_pivots = 0     !! number of negative pivots of L D L^T = number of negative eigenvalues (Sylvester)
+      integer :: negative_pivots = 0 !! number of negative pivots of L D L^T, equal to the number of negative eigenvalues
+      !! (Sylvester)
       real(wp), allocatable :: cholesky(:, :) !! (kd + 1, n)
-      real(wp), allocatable :: lu(:, :)       !! (3 kd + 1, n), allocated at the first indefinite matrix
+      real(wp), allocatable :: lu(:, :)       !! (3 kd + 1, n) allocated when the first indefinite matrix is factored
       integer, allocatable :: pivot(:)
-      real(wp), allocatable :: unit(:)        !! (n) scale of each unknown for LU, which factors diag(unit) A diag(unit)
-      real(wp), allocatable :: spring(:)      !! (n) stiffness of the springs added to a singular matrix for LU, in the units of A
-      integer, allocatable :: border(:)       !! unknowns of the border that are not fixed
-      real(wp), allocatable :: column(:, :)   !! (n, border) B, 0 at fixed unknowns and those of the border
+      real(wp), allocatable :: unit(:)        !! (n) scale of each unknown: LU factors diag(unit) A diag(unit)
+      real(wp), allocatable :: spring(:) !! (n) stiffness of the springs added to a singular matrix before LU, in the units of A
+      integer, allocatable :: border(:)       !! border unknowns that are not fixed
+      real(wp), allocatable :: column(:, :)   !! (n, border) B; 0 at fixed unknowns and at border unknowns
       real(wp), allocatable :: response(:, :) !! (n, border) A^-1 B
       real(wp), allocatable :: schur(:, :)    !! (border, border) factors of C - B^T A^-1 B
-      integer, allocatable :: order(:)        !! (border) pivots of these factors
+      integer, allocatable :: order(:)        !! (border) pivot rows of these factors
    end type factor_t
 
 contains
 
    !> A zero matrix of order n and half bandwidth kd.
    pure function new_band(n, kd, border) result(band)
-      integer, intent(in) :: n, kd     !! order, half bandwidth
-      integer, intent(in) :: border(:) !! unknowns that may be coupled with every other one, each once
+      integer, intent(in) :: n, kd     !! order n, half bandwidth kd
+      integer, intent(in) :: border(:) !! unknowns that may be coupled with every other unknown, each once
       type(band_t) :: band
       band%n = n
       band%kd = min(kd, max(n - 1, 0))
@@ -63,7 +66,7 @@ contains
    !> Adds a number to A(i, j) and to A(j, i).
    pure subroutine add_entry(band, i, j, number)
       type(band_t), intent(inout) :: band
-      integer, intent(in) :: i, j      !! i >= j; within the bandwidth unless one of them belongs to the border
+      integer, intent(in) :: i, j      !! row and column, i >= j; within the bandwidth unless one of them is a border unknown
       real(wp), intent(in) :: number
       integer :: of_i, of_j
       if (size(band%border) > 0) then
@@ -76,7 +79,7 @@ contains
       band%a(1 + i - j, j) = band%a(1 + i - j, j) + number
    end subroutine add_entry
 
-   !> The matrix p A + q B, for A and B of one form.
+   !> The matrix p A + q B, for matrices A and B of the same form.
    pure function band_sum(p, a, q, b) result(total)
       real(wp), intent(in) :: p, q
       type(band_t), intent(in) :: a, b
@@ -86,7 +89,7 @@ contains
       total%beside = p * a%beside + q * b%beside
    end function band_sum
 
-   !> y = A x.
+   !> Computes y = A x.
    subroutine band_times(band, x, y)
       type(band_t), intent(in) :: band
       real(wp), intent(in) :: x(:)     !! (n)
@@ -142,11 +145,11 @@ contains
       end do
    end subroutine add_row
 
-   !> Factors A with the rows and columns of the fixed unknowns replaced by those of the identity.
+   !> Factors the matrix A in which the rows and columns of the fixed unknowns are replaced by those of the identity.
    subroutine factorise(band, fixed, factor)
       type(band_t), intent(in) :: band
       logical, intent(in) :: fixed(:)      !! (n) true: fixed
-      type(factor_t), intent(inout) :: factor !! storage is kept between calls
+      type(factor_t), intent(inout) :: factor !! out: the factors; its storage is reused in further calls
       logical :: held(band%n)
       integer :: info
       factor%n = band%n
@@ -174,8 +177,8 @@ contains
    subroutine factor_border(band, fixed, held, factor)
       type(band_t), intent(in) :: band
       logical, intent(in) :: fixed(:)      !! (n) true: fixed
-      logical, intent(in) :: held(:)       !! (n) true: fixed, or of the border
-      type(factor_t), intent(inout) :: factor !! in: with the factors of the band; out: complete
+      logical, intent(in) :: held(:)       !! (n) true: fixed or border unknown
+      type(factor_t), intent(inout) :: factor !! in: contains the factors of the band; out: complete
       real(wp) :: unit(band%n), row(band%n), weak
       integer :: k, negative, zero
       factor%border = pack(band%border, .not. fixed(band%border))
@@ -206,16 +209,16 @@ contains
    !> Factors a small symmetric matrix, L D L^T with pivoting, in place, and counts its negative eigenvalues. A zero pivot is
    !> replaced by a small positive number.
    subroutine factor_symmetric(matrix, pivot, small, negative, zero)
-      real(wp), intent(inout) :: matrix(:, :) !! in: lower triangle; out: factors for dsytrs
+      real(wp), intent(inout) :: matrix(:, :) !! in: lower triangle; out: factors as dsytrs needs them
       integer, intent(out) :: pivot(:)
-      real(wp), intent(in) :: small        !! > 0
+      real(wp), intent(in) :: small        !! number that replaces a zero pivot, > 0
       integer, intent(out) :: negative     !! number of negative eigenvalues
       integer, intent(out) :: zero         !! row of the last zero pivot; 0: none
       real(wp) :: work(64 * size(matrix, 1))
       integer :: i, n, info
       n = size(matrix, 1)
       call dsytrf('L', n, matrix, n, pivot, work, size(work), info)
-      ! A pivot block of order 2 has one eigenvalue of each sign.
+      ! A pivot block of order 2 has one positive and one negative eigenvalue.
       negative = count(pivot < 0) / 2
       zero = 0
       do i = 1, n
@@ -227,11 +230,11 @@ contains
       end do
    end subroutine factor_symmetric
 
-   !> LU factors of the scaled matrix. A zero pivot means that the unknown can move, together with unknowns before it, without any
-   !> force; a spring added at the unknown resists this motion. The stiffness of the spring is the root of the rounding unit times
-   !> the largest entry: a regular bordered system keeps half of its digits.
+   !> LU factors of the scaled matrix. A zero pivot means that the unknown can move, together with preceding unknowns, without any
+   !> force; a spring added at the unknown resists this motion. The stiffness of the spring is the square root of the rounding unit
+   !> times the largest entry: a regular bordered system then keeps half of its digits.
    subroutine factor_general(factor)
-      type(factor_t), intent(inout) :: factor  !! in: scaled matrix in `lu`; out: its factors
+      type(factor_t), intent(inout) :: factor  !! in: scaled matrix in `lu`; out: its LU factors
       real(wp) :: largest, weak
       integer :: info, diagonal
       diagonal = 2 * factor%kd + 1
@@ -243,12 +246,12 @@ contains
          call dgbtrf(factor%n, factor%n, factor%kd, factor%kd, factor%lu, 3 * factor%kd + 1, factor%pivot, info)
          if (info <= 0) exit
          factor%deficient = .true.
-         ! The same unknown has a zero pivot again only if its spring is below the rounding of larger entries: the spring is then
+         ! The same unknown has a zero pivot again only if its spring is below the rounding of larger entries: then the spring is
          ! doubled.
          if (factor%spring(info) <= largest) then
             factor%spring(info) = factor%spring(info) + max(weak, factor%spring(info))
          else
-            ! The row of the unknown has become the pivot row of an earlier unknown: all unknowns up to this one get a spring.
+            ! The row of this unknown has become the pivot row of an earlier unknown: all unknowns up to this one get a spring.
             factor%spring(:info) = factor%spring(:info) + weak
          end if
          call to_general(factor)
@@ -257,16 +260,17 @@ contains
       factor%spring = factor%spring / factor%unit**2
    end subroutine factor_general
 
-   !> Forces of the springs added to an exactly singular matrix: the solution x of solve_factored satisfies A x + spring_forces = b.
+   !> Forces of the springs that were added to an exactly singular matrix: the solution x of solve_factored satisfies A x +
+   !> spring_forces = b.
    pure function spring_forces(factor, x) result(forces)
       type(factor_t), intent(in) :: factor
       real(wp), intent(in) :: x(:)             !! (n)
-      real(wp) :: forces(size(x))              !! zero where the matrix is regular
+      real(wp) :: forces(size(x))              !! (n) zero if the matrix is regular
       forces = 0.0_wp
       if (factor%deficient) forces = factor%spring * x
    end function spring_forces
 
-   !> Copies A with identity rows and columns at the fixed unknowns.
+   !> Copies A, with the rows and columns of the identity at the fixed unknowns.
    subroutine copy_masked(band, fixed, a)
       type(band_t), intent(in) :: band
       logical, intent(in) :: fixed(:)
@@ -284,10 +288,10 @@ contains
       end do
    end subroutine copy_masked
 
-   !> Scales each unknown by a power of two so that the diagonal is about 1: the choice of pivots of LU then does not depend on the
-   !> units of displacements and rotations. (Cholesky's method chooses no pivots.)
+   !> Scales each unknown by a power of two so that the diagonal is about 1. The choice of pivots in LU then does not depend on the
+   !> units of displacements and rotations. (Cholesky's method does not choose pivots.)
    subroutine measure_unknowns(factor)
-      type(factor_t), intent(inout) :: factor  !! in: masked matrix; out: the matrix scaled, and the scales
+      type(factor_t), intent(inout) :: factor  !! in: masked matrix; out: scaled matrix and the scales
       integer :: i, j
       if (.not. allocated(factor%unit)) allocate (factor%unit(factor%n))
       do i = 1, factor%n
@@ -316,7 +320,7 @@ contains
       b(factor%border, :) = own
    end subroutine solve_factored
 
-   !> Solves with the band alone; the rows of the border are replaced by those of the identity.
+   !> Solves with the band alone; the rows of the border unknowns are replaced by those of the identity.
    subroutine solve_band(factor, b)
       type(factor_t), intent(in) :: factor
       real(wp), intent(inout) :: b(:, :)  !! (n, right-hand sides)
@@ -349,7 +353,7 @@ contains
       end do
    end subroutine to_general
 
-   !> Negative pivots of L D L^T without pivoting (a Sturm count).
+   !> Number of negative pivots of L D L^T without pivoting (a Sturm count).
    pure integer function count_negative(n, kd, band)
       integer, intent(in) :: n, kd
       real(wp), intent(in) :: band(kd + 1, n)  !! lower band storage
@@ -361,7 +365,7 @@ contains
          d = a(1, j)
          if (d < 0.0_wp) count_negative = count_negative + 1
          last = min(kd, n - j)
-         ! A zero pivot counts as a positive one of rounding size.
+         ! A zero pivot counts as a positive pivot of the size of rounding.
          if (abs(d) <= 0.0_wp) d = max(epsilon(d) * maxval(abs(a(:last + 1, j))), tiny(d))
          do i = 1, last
             a(:last + 1 - i, j + i) = a(:last + 1 - i, j + i) - (a(1 + i, j) / d) * a(1 + i:last + 1, j)

@@ -1,5 +1,5 @@
-!> Restricts BLAS to one thread. Narrow bands give several threads too little work: on a busy machine the threads wait for each
-!> other, and a path takes ten times as long.
+!> Restricts BLAS to one thread. The band matrices are narrow and give several threads too little work: on a busy machine the
+!> threads would wait for each other, and a path would take ten times as long.
 module blas_threads
    use, intrinsic :: iso_c_binding, only: c_char, c_funptr, c_int, c_null_char, c_null_ptr, c_ptr, c_associated, c_f_procpointer
    use text, only: to_text
@@ -10,13 +10,13 @@ module blas_threads
    integer(c_int), parameter :: rtld_lazy = 1 !! flag of dlopen, on Linux and macOS
 
    abstract interface
-      !> openblas_set_num_threads
+      !> Procedure openblas_set_num_threads of OpenBLAS.
       subroutine set_count(n) bind(c)
          import :: c_int
          integer(c_int), value :: n
       end subroutine set_count
 
-      !> openblas_get_num_threads
+      !> Procedure openblas_get_num_threads of OpenBLAS.
       function get_count() result(n) bind(c)
          import :: c_int
          integer(c_int) :: n
@@ -32,7 +32,7 @@ module blas_threads
          type(c_ptr) :: handle
       end function c_dlopen
 
-      !> POSIX dlsym: address of a name in the opened program and its libraries, null if the name is unknown.
+      !> POSIX dlsym: address of a name in the opened program and its libraries; null if the name is unknown.
       function c_dlsym(handle, name) result(address) bind(c, name='dlsym')
          import :: c_ptr, c_char, c_funptr
          type(c_ptr), value :: handle
@@ -71,7 +71,7 @@ contains
       text = ', threads of OpenBLAS: '//to_text(int(get()))
    end function blas_threads_text
 
-   !> Address of a procedure of the loaded libraries, null if no library has the name.
+   !> Address of a procedure in the loaded libraries; null if no library has the name.
    function address_of(name) result(address)
       character(*), intent(in) :: name
       type(c_funptr) :: address

@@ -1,4 +1,4 @@
-!> The largest eigenvalues of an operator that is given only by its products with vectors.
+!> The eigenvalues of largest magnitude of an operator that is given only by its products with vectors.
 !>
 !> Block Krylov subspaces with full orthogonalisation, Rayleigh-Ritz projection, and restarts with the Ritz vectors. Blocks find
 !> every eigenvalue with its multiplicity (Saad, Numerical Methods for Large Eigenvalue Problems, ch. 6).
@@ -11,50 +11,51 @@ module block_krylov
    private
    public :: operator_t, spectrum_t, largest_eigenvalues
 
-   !> The operator and the inner product of the projection.
+   !> The operator, and the inner product of the projection.
    type, abstract :: operator_t
       integer :: n = 0
-      logical :: symmetric = .true.            !! true: self-adjoint in the inner product, with real eigenvalues
+      logical :: symmetric = .true.            !! true: the operator is self-adjoint in the inner product and has real eigenvalues
       real(wp), allocatable :: weight(:)       !! (n) weights of the inner product, >= 0, not all zero
    contains
       procedure(apply_operator), deferred :: apply
    end type operator_t
 
    abstract interface
-      !> y = Op x for each column.
+      !> Computes y = Op x for each column of x.
       subroutine apply_operator(self, x, y)
          import :: operator_t, wp
          class(operator_t), intent(inout) :: self
-         real(wp), intent(in) :: x(:, :)       !! (n, columns)
+         real(wp), intent(in) :: x(:, :)       !! (n, columns) vectors
          real(wp), intent(out) :: y(:, :)
       end subroutine apply_operator
    end interface
 
    !> The eigenvalues found, with their eigenvectors.
    type :: spectrum_t
-      integer :: n = 0                         !! number of eigenvalues found: the number wanted, or all that the operator has
-      real(wp), allocatable :: value(:)        !! eigenvalues, largest size first
+      integer :: n = 0 !! number of eigenvalues found: the number requested, or all eigenvalues of the operator
+      real(wp), allocatable :: value(:)        !! eigenvalues, in descending order of magnitude
       real(wp), allocatable :: vector(:, :)    !! (n, found), of norm 1 in the inner product
-      real(wp), allocatable :: residual(:)     !! norm of Op v - value v over |value|
+      real(wp), allocatable :: residual(:)     !! norm of (Op v - value v) over |value|
    end type spectrum_t
 
    integer, parameter :: max_restarts = 4
    real(wp), parameter :: rounding = 1.0e-13_wp
-   real(wp), parameter :: dependent = 1.0e-10_wp !! part of a vector's norm: a vector of which orthogonalisation leaves less counts
-   !! as dependent
+   real(wp), parameter :: dependent = 1.0e-10_wp !! a vector counts as linearly dependent if orthogonalisation leaves less than this
+   !! part of its norm
 
 contains
 
-   !> The `wanted` eigenvalues of largest size and their eigenvectors.
+   !> Computes the `wanted` eigenvalues of largest magnitude and their eigenvectors.
    subroutine largest_eigenvalues(operator, wanted, tolerance, spectrum, error)
       class(operator_t), intent(inout) :: operator
-      integer, intent(in) :: wanted            !! number of eigenvalues, at least 1
-      real(wp), intent(in) :: tolerance        !! bound of the relative residuals
+      integer, intent(in) :: wanted            !! number of eigenvalues that are requested, at least 1
+      real(wp), intent(in) :: tolerance        !! largest relative residual of an eigenvector
       type(spectrum_t), intent(out) :: spectrum
-      type(error_t), allocatable, intent(out) :: error !! no convergence, or complex eigenvalues among those wanted
-      real(wp), allocatable :: v(:, :), w(:, :), heavy(:, :), t(:, :) ! basis, Op v, weight v, and the projection heavy^T w
+      type(error_t), allocatable, intent(out) :: error !! allocated: no convergence, or complex eigenvalues among those requested
+      real(wp), allocatable :: v(:, :), w(:, :), heavy(:, :), t(:, :) ! basis v, Op v, v times the weights, and the projection
+      ! heavy^T w
       real(wp), allocatable :: theta(:), imaginary(:), ritz(:, :), residual(:, :), size_of(:), start(:, :)
-      integer :: block, largest, k, found, restart, i, projected      ! projected: columns of the basis that are in t
+      integer :: block, largest, k, found, restart, i, projected ! projected: number of columns of the basis that are already in t
       real(wp), allocatable :: last(:)
       real(wp) :: last_size
       logical :: exhausted
@@ -79,7 +80,7 @@ contains
          grow: do
             call take_ritz_values()
             if ((all(size_of <= tolerance) .and. k > wanted) .or. exhausted .or. k == operator%n) exit restarts
-            ! More vectors do not help if the residual is rounding of the operator.
+            ! More vectors do not help if the residual is the rounding of the operator.
             if (found == size(last)) then
                if (all(abs(theta(:found) - last) <= tolerance * abs(last)) .and. maxval(size_of) > 0.5_wp * last_size) exit restarts
             end if
@@ -88,7 +89,7 @@ contains
             if (k + block > largest) exit grow
             call extend(w(:, max(k - block, 0) + 1:k))
          end do grow
-         ! Restart with the best Ritz vectors and their residuals.
+         ! The iteration is restarted with the best Ritz vectors and their residuals.
          i = min(k, 2 * block)
          w(:, :i) = combined(w(:, :k), ritz(:, :i))
          v(:, :i) = combined(v(:, :k), ritz(:, :i))
@@ -101,11 +102,11 @@ contains
       end do restarts
       spectrum%n = found
       spectrum%value = theta(:found)
-      ! Op v may be nonzero in unknowns of zero weight, unlike v.
+      ! Op v may have nonzero entries in unknowns of weight zero, unlike v.
       spectrum%vector = combined(w(:, :k), ritz(:, :found))
       spectrum%residual = size_of
       do i = 1, found
-         if (operator%symmetric) call take_out_larger(i)
+         if (operator%symmetric) call remove_larger(i)
          if (norm(operator, spectrum%vector(:, i)) > 0.0_wp) &
             & spectrum%vector(:, i) = spectrum%vector(:, i) / norm(operator, spectrum%vector(:, i))
       end do
@@ -117,9 +118,9 @@ contains
 
    contains
 
-      !> Orthogonalises an eigenvector against those of larger eigenvalues. Rounding leaves components along these, which the ratio
-      !> of the eigenvalues multiplies and which may be as large as the eigenvector itself.
-      subroutine take_out_larger(i)
+      !> Orthogonalises an eigenvector against those of larger eigenvalues. Rounding leaves components along these; they are
+      !> multiplied by the ratio of the eigenvalues and may become as large as the eigenvector itself.
+      subroutine remove_larger(i)
          integer, intent(in) :: i
          integer :: j, pass
          associate (x => spectrum%vector)
@@ -129,9 +130,9 @@ contains
                end do
             end do
          end associate
-      end subroutine take_out_larger
+      end subroutine remove_larger
 
-      !> Ritz values of the present basis and their residuals.
+      !> Computes the Ritz values of the present basis and their residuals.
       subroutine take_ritz_values()
          integer :: i, j
          do j = projected + 1, k
@@ -144,7 +145,7 @@ contains
          call find_ritz(operator%symmetric, t(:k, :k), theta, imaginary, ritz)
          found = min(wanted, k)
          residual = combined(w(:, :k), ritz(:, :found)) - combined(v(:, :k), ritz(:, :found) * spread(theta(:found), 1, k))
-         ! The smaller eigenvalues have the rounding error of the largest.
+         ! Smaller eigenvalues have the rounding error of the largest one.
          size_of = [(max(norm(operator, residual(:, j)) - rounding * abs(theta(1)), 0.0_wp) / max(abs(theta(j)), tiny(1.0_wp)), &
             & j=1, found)]
       end subroutine take_ritz_values
@@ -164,9 +165,9 @@ contains
       class(operator_t), intent(in) :: operator
       real(wp), intent(in) :: more(:, :)
       real(wp), intent(inout) :: v(:, :)
-      real(wp), intent(inout) :: heavy(:, :)   !! the columns of v times the weights
-      integer, intent(inout) :: k              !! columns of the basis
-      logical, intent(out) :: exhausted        !! true: no vector was independent, the basis is invariant
+      real(wp), intent(inout) :: heavy(:, :)   !! columns of v times the weights
+      integer, intent(inout) :: k              !! number of columns of the basis
+      logical, intent(out) :: exhausted        !! true: no vector was independent, so that the basis is invariant
       real(wp) :: x(size(more, 1)), before, after
       integer :: i, j, pass, old
       old = k
@@ -190,7 +191,7 @@ contains
       exhausted = k == old
    end subroutine add_block
 
-   !> Orthonormalises the columns of v and transforms w in the same way.
+   !> Orthonormalises the columns of v, and transforms w in the same way.
    subroutine orthonormalise_pair(operator, v, w, k)
       class(operator_t), intent(in) :: operator
       real(wp), intent(inout) :: v(:, :), w(:, :)
@@ -217,7 +218,7 @@ contains
       k = kept
    end subroutine orthonormalise_pair
 
-   !> Eigenvalues of the projected operator, largest size first, with the coefficients of their Ritz vectors.
+   !> Eigenvalues of the projected operator, in descending order of magnitude, with the coefficients of their Ritz vectors.
    subroutine find_ritz(symmetric, projection, theta, imaginary, ritz)
       logical, intent(in) :: symmetric
       real(wp), intent(in) :: projection(:, :)
@@ -246,8 +247,8 @@ contains
       end do
    end subroutine find_ritz
 
-   !> Sums of vectors, each times its coefficient: one sum for each column of coefficients. matmul takes another way where there are
-   !> more unknowns, so that the cost would not be in proportion to them.
+   !> Sums of vectors times coefficients, one sum for each column of coefficients. (matmul changes its algorithm with the number of
+   !> unknowns, so that its cost is not proportional to this number.)
    pure function combined(x, coefficient) result(y)
       real(wp), intent(in) :: x(:, :), coefficient(:, :)
       real(wp) :: y(size(x, 1), size(coefficient, 2))

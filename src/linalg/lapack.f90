@@ -14,7 +14,7 @@ module lapack
    public :: dsyev, dgeev
    public :: dsbmv
 
-   ! Dense general matrices.
+   ! Dense general matrices:
    interface
 
       !> LU factors of a dense matrix, with row exchanges.
@@ -129,7 +129,7 @@ module lapack
          integer, intent(out) :: info !! > 0: U(info, info) is exactly zero, b is untouched
       end subroutine dgesv
 
-      !> Solves a linear least-squares problem by singular values: the solution of least norm.
+      !> Solves a linear least-squares problem by singular values; the result is the solution of least norm.
       subroutine dgelsd(m, n, nrhs, a, lda, b, ldb, s, rcond, rank, work, lwork, iwork, info)
          import :: wp
          integer, intent(in) :: m, n, nrhs, lda, ldb, lwork
@@ -145,7 +145,7 @@ module lapack
 
    end interface
 
-   ! Banded and tridiagonal matrices.
+   ! Banded and tridiagonal matrices:
    interface
 
       !> Cholesky factors of a symmetric positive definite band matrix.
@@ -199,10 +199,10 @@ module lapack
 
    end interface
 
-   ! BLAS.
+   ! BLAS:
    interface
 
-      !> y = alpha a x + beta y, a symmetric and banded.
+      !> Computes y = alpha a x + beta y for a symmetric band matrix a.
       subroutine dsbmv(uplo, n, k, alpha, a, lda, x, incx, beta, y, incy)
          import :: wp
          character, intent(in) :: uplo

@@ -8,13 +8,13 @@ module least_norm
 
 contains
 
-   !> Solves A x = b by singular values (LAPACK's dgelsd). Directions in which the equations change by less than a given part of the
-   !> largest change are ignored.
+   !> Solves A x = b by singular values (dgelsd of LAPACK). Directions in which the equations change by less than a given part of
+   !> the largest change are ignored.
    subroutine solve_least(a, b, share, x, ok)
-      real(wp), intent(in) :: a(:, :)      !! (equations, unknowns), as many equations as unknowns
-      real(wp), intent(in) :: b(:)         !! (equations)
+      real(wp), intent(in) :: a(:, :)      !! (equations, unknowns) matrix, square
+      real(wp), intent(in) :: b(:)         !! (equations) right-hand side
       real(wp), intent(in) :: share        !! singular values below this share of the largest one count as zero
-      real(wp), intent(out) :: x(:)        !! (unknowns)
+      real(wp), intent(out) :: x(:)        !! (unknowns) solution
       logical, intent(out) :: ok           !! false: the singular values were not found, or a number is not finite
       real(wp) :: matrix(size(b), size(b)), right(size(b), 1), values(size(b)), size_of_work(1)
       real(wp), allocatable :: work(:)

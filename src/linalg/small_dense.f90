@@ -7,17 +7,18 @@ module small_dense
 
 contains
 
-   !> Solves A X = B by Gauss elimination with row pivoting. Both arrays are transposed: an equation is a column, contiguous in
-   !> memory.
+   !> Solves A X = B by Gauss elimination with row pivoting. Both arrays are transposed: an equation is a column, which is
+   !> contiguous in memory.
    !>
-   !> If equations have different units, `weight` makes them comparable: the choice of pivots must not depend on the units.
+   !> If the equations have different units, `weight` makes them comparable, so that the choice of pivots does not depend on the
+   !> units.
    pure subroutine solve_small(n, a, b, singular, weight)
-      integer, intent(in) :: n             !! unknowns
-      real(wp), contiguous, intent(inout) :: a(:, :) !! (>= n, >= n) transposed matrix, destroyed
-      real(wp), contiguous, intent(inout) :: b(:, :) !! (right-hand sides, >= n) transposed right-hand sides; solutions on return
+      integer, intent(in) :: n             !! number of unknowns
+      real(wp), contiguous, intent(inout) :: a(:, :) !! (>= n, >= n) transposed matrix; destroyed
+      real(wp), contiguous, intent(inout) :: b(:, :) !! (right-hand sides, >= n) in: transposed right-hand sides; out: solutions
       logical, intent(out) :: singular     !! true: a pivot was exactly zero or not finite; B is then undefined
-      real(wp), intent(inout), optional :: weight(:) !! (>= n) factor > 0 of each equation in the comparison of pivots; exchanged
-      !! with the equations
+      real(wp), intent(inout), optional :: weight(:) !! (>= n) factor > 0 of each equation in the comparison of pivots; out: in the
+      !! order of the exchanged equations
       real(wp) :: part, best
       integer :: i, j, k, p
       singular = .false.
@@ -71,11 +72,11 @@ contains
       end subroutine take_off
    end subroutine solve_small
 
-   !> Index of a row of a symmetric positive semi-definite matrix that is a linear combination of the others, by elimination with
-   !> diagonal pivots; 0 if the matrix is regular.
+   !> Index of a row of a symmetric positive semi-definite matrix that is a linear combination of other rows; 0 if the matrix is
+   !> regular. Method: elimination with diagonal pivots.
    pure integer function dependent_row(matrix) result(p)
       real(wp), intent(in) :: matrix(:, :)
-      real(wp), parameter :: tolerance = parallel**2 !! squares of direction cosines
+      real(wp), parameter :: tolerance = parallel**2 !! tolerance for squares of direction cosines
       real(wp) :: a(size(matrix, 1), size(matrix, 1)), scale
       logical :: used(size(matrix, 1))
       integer :: step, i

@@ -1,4 +1,4 @@
-!> Candidates of contact spans, one for each node in contact, and the positions of the spans' ends in a state.
+!> Contact candidates for contact spans, one for each node in contact, and the positions of the ends of contact spans in a state.
 module span_candidates
    use kinds, only: wp, pi, parallel
    use model, only: obstacle_of
@@ -15,11 +15,11 @@ module span_candidates
 
 contains
 
-   !> Adds one candidate, always active, for each node in contact with an obstacle. Line contacts on both sides of a segment
+   !> For each node in contact with an obstacle, adds a candidate that is always active. Line contacts on both sides of a segment
    !> boundary share the candidate at the boundary.
    subroutine add_span_candidates(problem, division)
       type(problem_t), intent(inout) :: problem
-      type(division_t), intent(in) :: division(:)    !! (rod segments) coordinates of the mesh nodes
+      type(division_t), intent(in) :: division(:)    !! (rod segments) coordinates of the mesh nodes along the segment
       integer :: last(problem%model%mesh%n_nodes), first(size(problem%contact_span)), end(size(problem%contact_span))
       integer, allocatable :: contact(:), earlier(:), which(:)
       integer :: k, i, c, n, before, side, e, before_all, segment_first, segment_last
@@ -60,7 +60,7 @@ contains
             do i = first(k), end(k)
                n = n + 1
                c = before_all + which(n)
-               ! Node i of the segment lies between the elements e - 1 and e.
+               ! Node i of the segment is the node between elements e - 1 and e.
                e = segment_first + i - 1
                if (list%contact_span(c) == 0) then
                   list%node(c) = node_of(contact_span%rod_segment, i)
@@ -96,8 +96,8 @@ contains
             end do
             list%rolls(c) = .not. list%follows(c)
             if (.not. list%moves(c)) list%rolls(c) = list%rolls(c) .and. runs_through(problem, list%element(:, c))
-            ! A line contact of another obstacle beside the node fixes the direction of the rod there: the point contact does not
-            ! roll.
+            ! Beside this node a line contact with another obstacle fixes the direction of the rod: the force of the point contact
+            ! does not roll.
             if (list%rolls(c)) list%rolls(c) = .not. any(problem%conforms(pack(list%element(:, c), list%element(:, c) > 0)) > 0)
          end do
          list%twin = twins(list%node, problem%model%mesh%n_nodes)
@@ -106,9 +106,9 @@ contains
 
    contains
 
-      !> Mesh node of a rod segment, given by its number along the segment, from 1.
+      !> Mesh node at a given position in the sequence of nodes of a rod segment.
       pure integer function node_of(rod_segment, i) result(node)
-         integer, intent(in) :: rod_segment, i !! segment; number of the node
+         integer, intent(in) :: rod_segment, i !! index of the rod segment; position of the node along the segment, from 1
          associate (e => problem%element_first(rod_segment) + i - 1, mesh => problem%model%mesh)
             if (e <= problem%element_last(rod_segment)) then
                node = mesh%node(1, e)
@@ -119,21 +119,21 @@ contains
       end function node_of
    end subroutine add_span_candidates
 
-   !> First and last node of a contact span, as numbers along the rod segment.
+   !> First and last node of a contact span, as positions in the sequence of nodes of the rod segment.
    pure subroutine touched_nodes(contact_span, at, first, last)
       type(contact_span_t), intent(in) :: contact_span
-      real(wp), intent(in) :: at(:)                  !! coordinates of all nodes of the segment
+      real(wp), intent(in) :: at(:)                  !! coordinates of all nodes along the segment
       integer, intent(out) :: first, last
       first = findloc(at >= contact_span%at(1), .true., 1)
       last = findloc(at <= contact_span%at(2), .true., 1, back=.true.)
    end subroutine touched_nodes
 
-   !> True for an end of a rod segment past which the force of a point contact may roll: the rod is smooth there and the contact
-   !> covers both sides.
+   !> True if the force of a point contact can roll past an end of a rod segment: there the rod is smooth, and the contact covers
+   !> both sides.
    pure logical function rolls_at(problem, contact, rod_segment, side)
       type(problem_t), intent(in) :: problem         !! problem with contact spans
       integer, intent(in) :: contact, rod_segment
-      integer, intent(in) :: side                    !! 1: beginning of the segment, 2: its end
+      integer, intent(in) :: side                    !! end of the segment: 1: its beginning, 2: its end
       integer :: e(2), i
       e(1) = problem%element_first(rod_segment)
       if (side == 2) e(1) = problem%element_last(rod_segment)
@@ -148,7 +148,7 @@ contains
    !> True if the rod is smooth at the node between two elements and free to rotate there.
    pure logical function runs_through(problem, element)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: element(2)              !! element before and after the node; 0: none, or not covered by the contact
+      integer, intent(in) :: element(2) !! elements before and after the node; 0: there is none, or the contact does not cover it
       real(wp) :: x(2), angle(2), speed, turn
       integer :: side
       runs_through = all(element > 0)
@@ -164,7 +164,7 @@ contains
       runs_through = runs_through .and. abs(turn) <= parallel
    end function runs_through
 
-   !> The contact spans, with the positions of their ends in a state.
+   !> Contact spans with the positions of their ends in a given state.
    function present_contact_spans(problem, state) result(contact_span)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -173,7 +173,7 @@ contains
       contact_span = problem%contact_span
       do k = 1, size(contact_span)
          do side = 1, 2
-            ! Ends at segment boundaries are fixed.
+            ! Ends of contact spans at segment boundaries do not move.
             if (contact_span(k)%at(side) <= 0.0_wp .or. contact_span(k)%at(side) >= &
                & problem%layout%rod_segment(contact_span(k)%rod_segment)%length) cycle
             e = contact_span(k)%element(side)
@@ -193,7 +193,7 @@ contains
       side = 2
       e = problem%candidates%element(2, candidate)
       if (e > 0 .and. contact_span > 0) then
-         ! The node may be the boundary of two segments, of which only one belongs to the contact span.
+         ! The node may be the boundary of two segments; the contact span belongs to one of them.
          if (problem%rod_segment(e) /= problem%contact_span(contact_span)%rod_segment) e = 0
       end if
       if (e == 0) then

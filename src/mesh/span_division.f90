@@ -1,5 +1,5 @@
 !> Division of rod segments into elements. Each span between contacts, segment boundaries and interface points gets a number of
-!> elements, from the deck's elements or from a mesh density.
+!> elements, which follows from the deck's elements or from a mesh density.
 module span_division
    use kinds, only: wp
    use obstacle_types, only: obstacle_line
@@ -16,33 +16,33 @@ module span_division
    private
    public :: span_nodes, sampled_division, outgrown, present_demand, lasting_demand, looking_demand
 
-   ! Least numbers of elements of a span; a free span needs an inner node.
+   ! Least numbers of elements in a span. (A free span needs a node inside.)
    integer, parameter :: least_free = 2, least_conforming = 2
-   real(wp), parameter :: whole_number = 0.01_wp    !! tolerance for sums of parts: a sum that differs from an integer by less than
-   !! this is the integer
-   integer, parameter :: least_placed = 2           !! least number of elements of a span on a mesh made for a tolerance, as the
-   !! error estimate requires
-   ! Numbers of elements of a mesh whose nodes detect contact: the lower and the upper bound, between which the deck's number is
-   ! kept.
+   real(wp), parameter :: whole_number = 0.01_wp !! tolerance for sums of fractions: a sum that differs from an integer by less than
+   !! this counts as the integer
+   integer, parameter :: least_placed = 2 !! least number of elements of a span on a mesh made for a tolerance, as required by the
+   !! error estimate
+   ! Lower and upper bound for the number of elements on a mesh whose nodes detect contact; between these bounds the deck's number
+   ! is used.
    integer, parameter :: sampling = 64, enough = 256
-   !> Length of the shortest elements over the structure's size. At this length the error of order 4 (fourth power of the length)
-   !> equals the rounding unit; the rounding error of coordinates over the square of the length leaves half of the digits of a
-   !> curvature.
+   !> Length of the shortest elements over the structure's size. At this length the error of an element of order 4 (fourth power of
+   !> the length) equals the rounding unit; the rounding error of coordinates, divided by the square of the length, leaves half of
+   !> the digits of a curvature.
    real(wp), parameter :: finest = sqrt(sqrt(epsilon(1.0_wp)))
 
 contains
 
-   !> Coordinates of the nodes along a rod segment: each span is divided into equal parts, or into parts of equal integral of the
-   !> mesh density.
+   !> Coordinates of the nodes along a rod segment. Each span is divided into parts of equal length, or into parts with equal
+   !> integral of the mesh density.
    function span_nodes(base, contact_span, cut, rod_segment, state) result(at)
       type(problem_t), intent(in) :: base
-      type(contact_span_t), intent(in) :: contact_span(:)   !! sorted
-      type(cut_t), intent(in) :: cut(:)              !! interface points, sorted
+      type(contact_span_t), intent(in) :: contact_span(:)   !! contact spans, sorted along the rods
+      type(cut_t), intent(in) :: cut(:)              !! interface points, sorted along the rods
       integer, intent(in) :: rod_segment             !! index into layout%rod_segment
       type(state_t), intent(in), optional :: state
       real(wp), allocatable :: at(:), middle(:)
       real(wp) :: from, layer(2), all, free
-      logical :: parted                              ! there are interface points inside the span that is divided
+      logical :: parted                              ! true: there are interface points inside the span that is being divided
       integer :: k
       associate (whole => base%layout%rod_segment(rod_segment))
          if (.not. whole%free) then
@@ -74,10 +74,10 @@ contains
 
    contains
 
-      !> Divides a span, with nodes at the interface points of foundations inside.
+      !> Divides a span and places nodes at the interface points of foundations inside it.
       subroutine divide_span(to, contact)
          real(wp), intent(in) :: to
-         integer, intent(in) :: contact              ! as in `divide`
+         integer, intent(in) :: contact              ! index of the contact of a line contact; 0: a free span
          integer :: i
          layer = [layer_at(from), 0.0_wp]
          parted = .false.
@@ -93,7 +93,7 @@ contains
          layer = 0.0_wp
       end subroutine divide_span
 
-      !> Boundary layer length of a foundation whose contact ends next to an end of the segment; 0: none.
+      !> Length of the boundary layer of a foundation whose contact ends near an end of the segment; 0: no such foundation.
       pure real(wp) function layer_at(end)
          real(wp), intent(in) :: end
          integer :: i
@@ -105,10 +105,10 @@ contains
       end function layer_at
 
       !> Adds the nodes up to the end of a span. With the deck's density all free spans of the segment together get the deck's
-      !> number of elements. A line contact gets the deck's number on its length; on a perfect rod without foundation a quarter of
-      !> it, or on a straight obstacle the least number. The least number and the shortest length of elements are bounds. A mesh
-      !> made for a tolerance follows its density in line contacts as well: a line contact without pressure buckles like a free
-      !> span.
+      !> number of elements. A line contact gets as many elements as the deck has on its length; a quarter of these on a perfect rod
+      !> without foundation; the least number on a straight obstacle. The number of elements and their length have lower bounds. A
+      !> mesh made for a tolerance follows its density in line contacts as well, because a line contact without pressure buckles
+      !> like a free span.
       subroutine divide(to, contact)
          real(wp), intent(in) :: to
          integer, intent(in) :: contact              ! index of the contact of a line contact; 0: a free span
@@ -168,21 +168,21 @@ contains
       founded = base%ground%founded(base%along(base%element_first(rod_segment)))
    end function founded
 
-   !> True for a rod segment without imperfections: its solution in a line contact is as smooth as the obstacle.
+   !> True for a rod segment without imperfections, whose solution in a line contact is as smooth as the obstacle.
    pure logical function is_perfect(base, rod_segment)
       type(problem_t), intent(in) :: base
       integer, intent(in) :: rod_segment
       is_perfect = all(base%deck%curve(base%deck%mesh%curve(base%layout%rod_segment(rod_segment)%element))%imperfection == 0)
    end function is_perfect
 
-   !> True for a straight obstacle, on which one element is exact for a perfect rod, whose axial force is linear.
+   !> True for a straight obstacle: on it one element is exact for a perfect rod with linear axial force.
    pure logical function on_straight(base, contact)
       type(problem_t), intent(in) :: base
       integer, intent(in) :: contact
       on_straight = base%deck%obstacle(base%deck%contact(contact)%obstacle)%kind == obstacle_line
    end function on_straight
 
-   !> Number of the deck's elements before a coordinate, including the fraction of an element.
+   !> Number of the deck's elements up to a coordinate; the last element is counted as a fraction.
    pure real(wp) function deck_elements(base, rod_segment, at) result(n)
       type(problem_t), intent(in) :: base
       integer, intent(in) :: rod_segment
@@ -205,11 +205,11 @@ contains
          & e=problem%element_first(rod_segment), problem%element_last(rod_segment))]
    end function element_middles
 
-   !> Division with nodes close enough to detect contact, for meshes before the first contact span, and with nodes at given places
+   !> Division with nodes close enough to detect contact, for meshes before the first contact span. It has nodes at all given places
    !> where the rod touches an obstacle.
    function sampled_division(base, contact_span) result(division)
       type(problem_t), intent(in) :: base            !! problem on the deck's mesh
-      type(contact_span_t), intent(in), optional :: contact_span(:) !! point contacts at which there must be nodes
+      type(contact_span_t), intent(in), optional :: contact_span(:) !! point contacts at which the mesh must have nodes
       type(division_t) :: division(size(base%layout%rod_segment))
       real(wp), allocatable :: at(:), place(:)
       real(wp) :: length, share
@@ -224,7 +224,7 @@ contains
                n = max(min(size(whole%element), max(ceiling(enough * share), 4)), ceiling(sampling * share))
                at = [(whole%length * i / n, i=0, n)]
                if (present(contact_span)) place = pack(contact_span%at(1), contact_span%rod_segment == k)
-               ! A place takes the role of a node between the ends that is nearer than half an element.
+               ! A place replaces the nearest node inside the segment, if that node is nearer than half an element.
                at = pack(at, [(i == 0 .or. i == n .or. all(abs(at(i + 1) - place) >= 0.5_wp * whole%length / n), i=0, n)])
                do i = 1, size(place)
                   at = [pack(at, at < place(i)), place(i), pack(at, at > place(i))]
@@ -235,11 +235,11 @@ contains
       end do
    end function sampled_division
 
-   !> True if a span has grown so much that a new mesh would give it more than 5/4 of its present number of elements.
+   !> True if a span has become so long that a new mesh would give it more than 5/4 of its present number of elements.
    logical function outgrown(problem, state, cuts)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(cut_t), intent(in), optional :: cuts(:)   !! interface points of foundations, sorted
+      type(cut_t), intent(in), optional :: cuts(:)   !! interface points of foundations, sorted along the rods
       type(contact_span_t), allocatable :: contact_span(:)
       type(cut_t), allocatable :: cut(:)
       real(wp), allocatable :: at(:), now(:), ends(:)
@@ -273,7 +273,8 @@ contains
 
    contains
 
-      !> True if an element beside an interface point with a boundary layer is longer than 5/4 of its length on a new mesh.
+      !> True if an element beside an interface point with a boundary layer is longer than 5/4 of the length that it would have on a
+      !> new mesh.
       pure logical function coarse_beside(mark)
          type(cut_t), intent(in) :: mark
          real(wp) :: wanted(2), has(2)
@@ -296,7 +297,7 @@ contains
       end function coarse_beside
    end function outgrown
 
-   !> Mesh density of the present mesh: one element between neighbouring nodes at their present positions.
+   !> Mesh density of the present mesh: one element between any two neighbouring nodes, at their present positions.
    function present_demand(problem, state) result(demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -314,13 +315,13 @@ contains
       end do
    end function present_demand
 
-   !> Present mesh density, for meshes with other contact spans. A short span with the least number of elements gets little more
-   !> than the density beside it, so that no tiny elements remain after it has closed.
+   !> Mesh density of the present mesh, for meshes with another contact set. A short span with the least number of elements gets
+   !> little more than the density beside it, so that no tiny elements remain after the span has closed.
    function lasting_demand(problem, state) result(demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(mesh_density_t) :: demand(size(problem%layout%rod_segment))
-      logical, allocatable :: begins(:)              ! (nodes) true: a span begins there
+      logical, allocatable :: begins(:)              ! (nodes) true: a span begins at the node
       integer :: k, m, n
       demand = present_demand(problem, state)
       do k = 1, size(demand)
@@ -339,11 +340,11 @@ contains
       end do
    end function lasting_demand
 
-   !> Mesh density for the next mesh, increased where elements are too long to detect contact, up to the number of elements that is
-   !> sufficient everywhere.
+   !> Mesh density for the next mesh. Where elements are too long to detect contact, it is increased, up to the number of elements
+   !> that is sufficient everywhere.
    function looking_demand(problem, longer) result(demand)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: longer                 !! factor by which elements are too long to detect contact
+      real(wp), intent(in) :: longer                 !! ratio of the elements' length to the length that detects contact
       type(mesh_density_t) :: demand(size(problem%layout%rod_segment))
       real(wp) :: most
       integer :: k

@@ -8,7 +8,7 @@ module span_forces
    use rod_load, only: ge_load_t, sum_line, line_at
    use section_forces, only: end_forces
    use track_nodes, only: rolled_t, rolled, track_joints
-   use conforming_span, only: lying_t, conforming_forces
+   use conforming_span, only: conforming_state_t, conforming_forces
    use touchdown_points, only: point_force
    use breakpoint_forces, only: breakpoint_force
    use state_transfer, only: find_point
@@ -16,18 +16,18 @@ module span_forces
    use inner_forces, only: inner_forces_t
    implicit none
    private
-   public :: span_totals, line_force, end_force, cut_force, node_shares
+   public :: span_totals, line_force, end_force, end_balance_force, node_shares
 
 contains
 
-   !> Resultant of each contact's forces on the structure, in x and in y, and the sum of its normal forces; and the moment of all
-   !> forces of each obstacle about the point `middle`.
+   !> For each contact and obstacle: resultant of the contact forces on the structure (x, y) and sum of the normal forces. For each
+   !> obstacle: moment of all its forces about the point `middle`.
    subroutine span_totals(problem, state, middle, total, moment)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: middle(2)         !! reference point of moments
-      real(wp), intent(out) :: total(:, :, :)   !! (3, contacts, obstacles)
-      real(wp), intent(out) :: moment(:)        !! (obstacles)
+      real(wp), intent(in) :: middle(2)         !! reference point of the moments
+      real(wp), intent(out) :: total(:, :, :)   !! (3, contacts, obstacles) force in x, force in y, sum of normal forces
+      real(wp), intent(out) :: moment(:)        !! (obstacles) moment, > 0 anticlockwise
       real(wp) :: x(2), force(3), turn, push, gap, normal(2), bend
       type(rolled_t) :: roll
       integer :: c, e
@@ -42,7 +42,7 @@ contains
          associate (sums => total(:, problem%candidates%contact(c), problem%candidates%obstacle(c)))
             if (abs(roll%way) > 0.0_wp) normal = roll%normal
             force = push * [normal, 1.0_wp]
-            if (problem%candidates%moves(c)) force(1:2) = cut_force(problem, state, c)
+            if (problem%candidates%moves(c)) force(1:2) = end_balance_force(problem, state, c)
             sums = sums + force
             moment(problem%candidates%obstacle(c)) = moment(problem%candidates%obstacle(c)) + (x(1) * force(2) - x(2) * force(1))
             e = problem%candidates%element(2, c)
@@ -51,7 +51,7 @@ contains
             call line_force(problem, state, e, middle, force, turn)
             moment(problem%candidates%obstacle(c)) = moment(problem%candidates%obstacle(c)) + turn
          end associate
-         ! At a node between two pieces of a wall the force belongs to the first piece.
+         ! At a node between two pieces of a wall the force is assigned to the first piece.
          associate (sums => total(:, problem%candidates%contact(c), obstacle_of(problem%deck%contact(problem%candidates% &
             & contact(c)), problem%deck%mesh%node(:, problem%layout%rod_segment(problem%rod_segment(e))%element(1)))))
             sums = sums + force
@@ -59,16 +59,16 @@ contains
       end do
    end subroutine span_totals
 
-   !> Forces of a contact distributed to the deck's nodes, and force densities at these nodes. The lever rule divides a force
-   !> between the two nodes beside it, so that the sum is exact.
+   !> Forces of a contact as equivalent forces at the deck's nodes, and force densities at these nodes. By the lever rule a force is
+   !> divided between the two nodes beside it, so that the sum is exact.
    subroutine node_shares(problem, state, contact, share, density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact
-      real(wp), intent(out) :: share(:), density(:) !! (deck's nodes of the contact)
+      real(wp), intent(out) :: share(:), density(:) !! (deck's nodes of the contact) forces; forces by stress-free length
       real(wp) :: sums(problem%deck%mesh%n_nodes), densities(problem%deck%mesh%n_nodes), local(3), x(2), angle, push, at, tau, &
          & start, length, from, to
-      type(lying_t) :: kept
+      type(conforming_state_t) :: kept
       integer :: c, e, i, j
       sums = 0.0_wp
       densities = 0.0_wp
@@ -85,7 +85,8 @@ contains
          e = problem%candidates%element(2, c)
          if (e == 0) cycle
          if (problem%conforms(e) == 0) cycle
-         ! Integrates between neighbouring nodes of the deck; an element may contain many of these nodes or none.
+         ! The density is integrated between neighbouring nodes of the deck; a mesh element may contain several of these nodes or
+         ! none.
          associate (tab => problem%tableau(problem%model%mesh%stages(e)), g => state%geometry%element(e), &
             & whole => problem%layout%rod_segment(problem%rod_segment(e))%at)
             start = g%s(1) + problem%origin(e)
@@ -118,7 +119,7 @@ contains
 
    contains
 
-      !> Adds a force at a material point to the shares of the two deck's nodes beside the point.
+      !> Adds a force at a material point to the shares of the two deck nodes beside this point.
       subroutine add(rod_segment, at, force)
          integer, intent(in) :: rod_segment
          real(wp), intent(in) :: at, force
@@ -134,7 +135,7 @@ contains
       end subroutine add
    end subroutine node_shares
 
-   !> Index of the last of increasing coordinates that is below a value, by bisection; 0 if none is below.
+   !> Index of the last of several increasing coordinates that is below a value, by bisection; 0: none is below it.
    pure integer function last_before(place, value) result(first)
       real(wp), intent(in) :: place(:), value
       integer :: last, middle
@@ -150,7 +151,7 @@ contains
       end do
    end function last_before
 
-   !> Concentrated force at a contact node; zero inside a line contact.
+   !> Concentrated force at a contact node, > 0 in compression; zero inside a line contact.
    real(wp) function end_force(problem, state, candidate) result(force)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -161,7 +162,7 @@ contains
          force = point_force(problem, state, candidate)
          return
       end if
-      ! Loads and supports act at segment boundaries only, so inside a segment the force is zero.
+      ! Loads and supports act at segment boundaries only: inside a segment the force is zero.
       next = problem%candidates%element(2, candidate)
       inside = minval(problem%candidates%element(:, candidate)) > 0
       if (inside) inside = next == problem%candidates%element(1, candidate) + 1
@@ -170,10 +171,10 @@ contains
       if (.not. inside) force = breakpoint_force(problem, state, candidate)
    end function end_force
 
-   !> Force in x and y that balances the section forces on both sides of a touchdown point. In equilibrium it is normal to the
-   !> obstacle. While the point moves along a rod with fixed nodes, it includes the forces between the old and the new position, so
-   !> that sums of forces have the right derivatives.
-   function cut_force(problem, state, candidate) result(force)
+   !> Force (x, y) that balances the section forces on both sides of a touchdown point. In equilibrium it is normal to the obstacle.
+   !> For a point that moves along a rod with fixed nodes, it includes the forces between the old and the new position, so that sums
+   !> of forces have the right derivatives.
+   function end_balance_force(problem, state, candidate) result(force)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
@@ -186,21 +187,21 @@ contains
          call end_forces(problem, state, e, ends(:, 1), ends(:, 2))
          force = force + merge(1.0_wp, -1.0_wp, side == 1) * ends(1:2, 3 - side)
       end do
-   end function cut_force
+   end function end_balance_force
 
-   !> Force of the obstacle on a conforming element in x and y, the integral of its density, and moment about a given point. Both
-   !> follow from the end forces and loads, because the density is a derivative of the solution and less accurate.
+   !> Force of the obstacle on a conforming element (x, y), integral of its density, and its moment about a given point. They are
+   !> computed from end forces and loads, because the density is a derivative of the solution and less accurate.
    subroutine line_force(problem, state, e, middle, force, moment)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: middle(2) !! reference point of the moment
-      real(wp), intent(out) :: force(3), moment !! x, y, integral of the density; anticlockwise
+      real(wp), intent(out) :: force(3), moment !! force in x, force in y, integral of the density; moment, > 0 anticlockwise
       real(wp) :: local(3), x(2), angle, density, ends(3, 2), place(2, 2), line(2), slope(2)
       real(wp), allocatable :: part(:)
       real(wp) :: weight
       type(ge_load_t) :: load
-      type(lying_t) :: kept
+      type(conforming_state_t) :: kept
       type(inner_forces_t) :: inner
       integer :: i, k
       load = element_load(problem, state, e)
@@ -224,7 +225,7 @@ contains
             x = inner%x(:, k) - middle
             moment = moment - (length * inner%weight(k)) * (x(1) * inner%force(2, k) - x(2) * inner%force(1, k))
          end do
-         ! The density has a kink at the joints of the track.
+         ! The density has kinks where two pieces of the track join.
          part = [0.0_wp, track_joints(problem, state, e), 1.0_wp]
          do k = 2, size(part)
             do i = 1, tab%stages

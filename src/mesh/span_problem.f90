@@ -1,5 +1,5 @@
-!> Problem on a mesh that follows the contact: a few elements for each span between segment boundaries and touchdown points, and one
-!> candidate of contact for each node in contact.
+!> Problem on a mesh that follows the contact: it has a few elements for each span between segment boundaries and touchdown points,
+!> and one contact candidate for each node in contact.
 module span_problem
    use kinds, only: wp
    use problem, only: problem_t, copy_problem, remeshed_problem, mesh_sampled, mesh_of_marks, mesh_of_spans
@@ -23,8 +23,9 @@ contains
    function new_span_problem(base, touches, state, cuts) result(problem)
       type(problem_t), intent(in) :: base            !! problem of the same deck, on any mesh
       type(contact_span_t), intent(in) :: touches(:)
-      type(state_t), intent(in), optional :: state   !! state of `base`: no continuing span gets fewer elements than in `base`
-      type(cut_t), intent(in), optional :: cuts(:)   !! interface points of the foundations' laws, sorted
+      type(state_t), intent(in), optional :: state !! state of `base`; if given, no span that continues gets fewer elements than in
+      !! `base`
+      type(cut_t), intent(in), optional :: cuts(:)   !! interface points of the foundations' laws, sorted along the rods
       type(problem_t) :: problem
       type(contact_span_t) :: contact_span(size(touches))
       type(division_t) :: division(size(base%layout%rod_segment))
@@ -46,8 +47,8 @@ contains
       call lay_spans(base, contact_span, cut, division, problem)
    end function new_span_problem
 
-   !> Problem with the contact spans and the mesh of another problem with the same rod segments, whose deck differs in numerical
-   !> values only.
+   !> Problem with the contact spans and the mesh of another problem, `like`. The deck of `base` may differ from that of `like` in
+   !> numerical values only, so that the rod segments are the same.
    function same_spans(base, like) result(problem)
       type(problem_t), intent(in) :: base            !! problem on any mesh
       type(problem_t), intent(in) :: like            !! problem with contact spans
@@ -73,7 +74,7 @@ contains
       end do
       contact_span = like%contact_span
       do k = 1, size(contact_span)
-         ! The end of the span lies at a node, up to rounding.
+         ! The end of the span is at a node, up to rounding.
          associate (at => division(contact_span(k)%rod_segment)%at)
             do i = 1, 2
                contact_span(k)%at(i) = at(minloc(abs(at - contact_span(k)%at(i)), 1))
@@ -83,12 +84,12 @@ contains
       call lay_spans(base, contact_span, cut, division, problem)
    end function same_spans
 
-   !> Problem with a set of contact spans on a mesh with nodes at their ends.
+   !> Makes the problem with a given set of contact spans, on a mesh with nodes at their ends.
    subroutine lay_spans(base, contact_span, cut, division, problem)
       type(problem_t), intent(in) :: base
-      type(contact_span_t), intent(in) :: contact_span(:)   !! sorted
-      type(cut_t), intent(in) :: cut(:)              !! sorted
-      type(division_t), intent(in) :: division(:)    !! (rod segments) coordinates of the mesh nodes
+      type(contact_span_t), intent(in) :: contact_span(:)   !! contact spans, sorted along the rods
+      type(cut_t), intent(in) :: cut(:)              !! interface points, sorted along the rods
+      type(division_t), intent(in) :: division(:)    !! (rod segments) coordinates of the mesh nodes along the segment
       type(problem_t), intent(out) :: problem
       problem = remeshed_problem(with_spans(base, .true.), division)
       problem%contact_span = contact_span
@@ -100,17 +101,17 @@ contains
       call find_rolling(problem)
    end subroutine lay_spans
 
-   !> Problem before any contact span is known, on a mesh fine enough for its nodes to detect contact.
+   !> Problem before any contact span is known. Its mesh is fine enough for the nodes to detect contact.
    function new_sampled_problem(base, contact_span) result(problem)
       type(problem_t), intent(in) :: base            !! problem on the deck's mesh
-      type(contact_span_t), intent(in), optional :: contact_span(:) !! contact spans at whose ends there must be nodes
+      type(contact_span_t), intent(in), optional :: contact_span(:) !! contact spans at whose ends the mesh must have nodes
       type(problem_t) :: problem
       problem = remeshed_problem(with_spans(base, .false.), sampled_division(base, contact_span))
       problem%mesh_kind = mesh_sampled
    end function new_sampled_problem
 
-   !> Sets the parts of the rods on which contact spans are allowed, the coordinates of the segments along the chains, and the
-   !> initial overlaps, all as on the deck's mesh.
+   !> Sets the parts of the rods on which contact spans are allowed, the coordinates of the rod segments along the chains, and the
+   !> initial overlaps. All are those of the deck's mesh.
    subroutine place_spans(deck, problem)
       type(problem_t), intent(in) :: deck            !! problem on the deck's mesh
       type(problem_t), intent(inout) :: problem      !! problem of the same deck, on any mesh
@@ -125,7 +126,7 @@ contains
       problem%overlap = deck%overlap
    end subroutine place_spans
 
-   !> Coordinate of the first node of each rod segment along the chain of each contact, 0 if the contact does not cover the segment.
+   !> Coordinate along the chain of each contact at which each rod segment begins; 0 if the contact does not cover the segment.
    function chain_starts(deck) result(start)
       type(problem_t), intent(in) :: deck            !! problem on the deck's mesh
       real(wp) :: start(size(deck%layout%rod_segment), size(deck%deck%contact)) !! (rod segments, contacts)
@@ -140,7 +141,7 @@ contains
       end do
    end function chain_starts
 
-   !> Copy of a problem with the deck's contacts represented by contact spans, or by contact at nodes.
+   !> Copy of a problem in which the deck's contacts are represented by contact spans (`spans` true) or by contact at nodes.
    function with_spans(base, spans) result(problem)
       type(problem_t), intent(in) :: base
       logical, intent(in) :: spans

@@ -1,9 +1,10 @@
 !> Touchdown points: the positions along the rod where contact begins and ends.
 !>
-!> At the end of a line contact the obstacle exerts no couple, so that the moment is continuous: the difference M_f - M_l between
-!> the moments of the free part and of the line contact changes by -(1 + e) (Q_f - Q_l) per unit of length and is zero at the
-!> touchdown point. A point contact lies at the least gap. With fixed touchdown points the equations have a symmetric tangent, which
-!> is exact along the path; between Newton iterations the touchdown points move to their positions in the iterate.
+!> At the end of a line contact the obstacle exerts no couple, so that the moment is continuous. The difference M_f - M_l between
+!> the moments of the free part and of the line contact changes by -(1 + e) (Q_f - Q_l) per unit of length; it is zero at the
+!> touchdown point. A point contact is at the least gap. With fixed touchdown points the equations have a symmetric tangent, which
+!> is exact along the path. Between Newton iterations the touchdown points move to the positions that these conditions give in the
+!> iterate.
 module touchdown_points
    use kinds, only: wp
    use problem, only: problem_t, same_place, copy_problem
@@ -16,29 +17,31 @@ module touchdown_points
    use span_candidates, only: touch_place
    use ground_marks, only: mark_step, is_live
    use force_law, only: segment_unknown
-   use ground_following, only: keep_to_ground, keep_layers
+   use ground_following, only: follow_surface, move_layers
    implicit none
    private
    public :: touchdown_t, touchdown_at, misfit, with_held, touchdown_errors, move_touchdown_points, touchdown_travel, &
       & touchdown_steps, touchdown_step, shift_touchdown_points, point_force, carry_forces, excess_ahead
 
-   real(wp), parameter :: most = 0.5_wp     !! largest part of a span's length by which the ends of the span may approach each other
+   real(wp), parameter :: most = 0.5_wp !! largest part of a span's length by which the two ends of the span may approach each other
    !! in one move, so that the nodes keep their order
 
-   !> Condition at a touchdown point in one state.
+   !> Condition that determines the position of a touchdown point, evaluated in one state.
    type :: touchdown_t
-      logical :: by_moment = .false.             !! true: the moment locates the point; false: the least gap
-      real(wp) :: error = 0.0_wp            !! residual: the jump of the moment, or the slope of the gap over the extension ratio
-      real(wp) :: slope = 0.0_wp            !! its decrease per unit of distance along the rod. Both are 0 for a fixed candidate
+      logical :: by_moment = .false.             !! true: the position follows from the moment; false: from the least gap
+      real(wp) :: error = 0.0_wp !! residual of the condition: the jump of the moment, or the slope of the gap over the extension
+      !! ratio
+      real(wp) :: slope = 0.0_wp !! decrease of the residual by distance along the rod. Residual and decrease are 0 for a candidate
+      !! that does not move
    end type touchdown_t
 
 contains
 
-   !> Conditions at all touchdown points, and the largest unbalanced moment.
+   !> Evaluates the conditions at all touchdown points, and the largest unbalanced moment.
    subroutine misfit(problem, state, at, moment)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(touchdown_t), intent(out) :: at(:) !! (candidates)
+      type(touchdown_t), intent(out) :: at(:) !! (candidates) conditions
       real(wp), intent(out) :: moment       !! largest jump of the moment at a touchdown point
       integer :: c
       moment = 0.0_wp
@@ -49,11 +52,11 @@ contains
       end do
    end subroutine misfit
 
-   !> Condition at a touchdown point.
+   !> Condition that determines the position of a touchdown point.
    !>
-   !> The end of a line contact, where the rod has the obstacle's direction, is where the moment is continuous. A point contact of
-   !> force T can be located by the moment or by the least gap: dM = T ds for the moment M, dg' = g'' ds for the slope g' of the gap
-   !> along the rod s. The errors of the two positions have the ratio of EI g'' to T L (L: size of the structure), and the more
+   !> The end of a line contact is where the moment is continuous. (The rod has the obstacle's direction there.) A point contact
+   !> with force T can be located by the moment or by the least gap: dM = T ds for the moment M, dg' = g'' ds for the slope g' of
+   !> the gap along the rod s. The errors of the two positions have the ratio of EI g'' to T L (L: size of the structure); the more
    !> accurate position is used.
    type(touchdown_t) function touchdown_at(problem, state, c) result(at)
       type(problem_t), intent(in) :: problem
@@ -73,12 +76,12 @@ contains
       at%slope = excess
    end function touchdown_at
 
-   !> Residual of a touchdown point's condition and its decrease along the rod, as in touchdown_t.
+   !> Computes the residual of a touchdown point's condition and its decrease along the rod, see touchdown_t.
    subroutine measure_error(problem, state, c, by_moment, error, slope)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c              !! candidate
-      logical, intent(in) :: by_moment           !! as in touchdown_t
+      logical, intent(in) :: by_moment           !! true: the condition on the moment; false: the condition on the gap (touchdown_t)
       real(wp), intent(out) :: error, slope
       real(wp) :: extension
       error = 0.0_wp
@@ -92,7 +95,7 @@ contains
       end if
    end subroutine measure_error
 
-   !> Jumps of the moment and of the shear force at a touchdown point.
+   !> Jumps of the moment and of the shear force at a touchdown point: value after the point minus value before it.
    subroutine jumps(problem, state, c, moment, shear)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -104,7 +107,7 @@ contains
       shear = local(2, 1) - local(2, 2)
    end subroutine jumps
 
-   !> Slope of the gap along the rod at a point contact, over the extension ratio, with the sign of touchdown_t.
+   !> Slope of the gap along the rod at a point contact, over the extension ratio; sign as in touchdown_t.
    real(wp) function slope_error(problem, state, c) result(error)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -122,14 +125,14 @@ contains
    !> Copy of a problem in which some touchdown points are fixed at their present positions.
    pure function with_held(problem, points) result(frozen)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: points(:)      !! candidates, 0: none
+      integer, intent(in) :: points(:)      !! candidates of the touchdown points; 0: none
       type(problem_t) :: frozen
       call copy_problem(problem, frozen)
       frozen%candidates%held(pack(points, points > 0)) = .true.
    end function with_held
 
-   !> Residuals of the location of all touchdown points, as angles: for an end of a line contact the jump of the moment, as a
-   !> curvature times the structure's size; for a point contact the rotation relative to the obstacle. 0 for other candidates.
+   !> Errors of the positions of all touchdown points, expressed as angles: for an end of a line contact the jump of the moment, as
+   !> a curvature, times the structure's size; for a point contact the rotation relative to the obstacle. 0 for other candidates.
    function touchdown_errors(problem, state) result(error)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -146,7 +149,7 @@ contains
       end do
    end function touchdown_errors
 
-   !> (N, Q, M) at a candidate of the elements on both sides, zero for a side without element.
+   !> (N, Q, M) at a candidate in the elements on both sides of it; zero on a side without element.
    function forces_beside(problem, state, candidate) result(local)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -165,7 +168,7 @@ contains
       end do
    end function forces_beside
 
-   !> (N, Q, M) at a candidate of the free element on one side.
+   !> (N, Q, M) at a candidate in the free element on one side of it.
    subroutine end_of_free(problem, state, candidate, side, local)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -190,8 +193,8 @@ contains
       force = sense * (local(2, 1) - local(2, 2))
    end function point_force
 
-   !> Relative curvature of a point contact, as in excess_curvature, at the position to which the jump of the moment moves the
-   !> point, with derivatives taken in the neighbouring state `before`.
+   !> Relative curvature of a point contact (see excess_curvature) at the position to which the jump of the moment moves the point.
+   !> Derivatives are taken in the neighbouring state `before`.
    real(wp) function excess_ahead(problem, before, state, candidate) result(excess)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before, state
@@ -205,12 +208,12 @@ contains
          & forces(2, 1) - forces(2, 2))
    end function excess_ahead
 
-   !> Transfers the forces of continuing contacts to a problem with another contact set. The rotational stiffness of a point contact
-   !> contains its force (touchdown_spring): without the force the tangent would be wrong.
+   !> Transfers the forces of those contacts that continue to a problem with another contact set. The rotational stiffness of a
+   !> point contact depends on its force (touchdown_spring): with a force of zero the tangent would be wrong.
    subroutine carry_forces(from, state, to, new)
       type(problem_t), intent(in) :: from, to  !! problems of the same deck
-      type(state_t), intent(in) :: state       !! of `from`, in equilibrium
-      type(state_t), intent(inout) :: new      !! `state` on the mesh of `to`
+      type(state_t), intent(in) :: state       !! state of `from`, in equilibrium
+      type(state_t), intent(inout) :: new      !! `state` transferred to the mesh of `to`; out: with contact forces
       integer :: c, old
       do c = 1, to%candidates%n
          if (to%candidates%contact_span(c) == 0) cycle
@@ -222,7 +225,7 @@ contains
             if (to%candidates%follows(c)) then
                new%reaction(c) = state%reaction(old)
             else if (at_breakpoint(from, old)) then
-               ! At a segment boundary loads and supports act, too.
+               ! At a segment boundary the forces of loads and supports must be separated from the contact force.
                new%reaction(c) = breakpoint_force(from, state, old)
             else
                new%reaction(c) = point_force(from, state, old)
@@ -231,37 +234,37 @@ contains
       end do
    end subroutine carry_forces
 
-   !> Moves the touchdown points to their positions in an iterate, from the slopes of the previous iterate, at which the equations
-   !> were linearised. The nodes between them move as well; displacements and section forces become those of the material points at
-   !> the new nodes.
+   !> Moves the touchdown points to the positions that their conditions give in an iterate. The slopes of the conditions are those
+   !> of the previous iterate, at which the equations were linearised. The nodes between touchdown points move as well;
+   !> displacements and section forces become those of the material points at the new positions of the nodes.
    subroutine move_touchdown_points(problem, before, state, travelled, at)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before
       type(state_t), intent(inout) :: state
-      real(wp), intent(out), optional :: travelled !! largest distance as part of the length of a span beside the point
-      type(touchdown_t), intent(in), optional :: at(:) !! conditions at `before`, if known
+      real(wp), intent(out), optional :: travelled !! largest movement of a touchdown point, over the length of a span beside it
+      type(touchdown_t), intent(in), optional :: at(:) !! conditions at `before`, if they are known
       real(wp) :: distance(problem%candidates%n), mark(size(problem%mark))
       integer :: m
       mark = [(mark_step(problem, before, state, m), m=1, size(mark))]
-      if (size(mark) > 0) call keep_to_ground(problem, before, state)
+      if (size(mark) > 0) call follow_surface(problem, before, state)
       distance = touchdown_steps(problem, before, state, at)
       do m = 1, size(mark)
          if (.not. is_live(problem, state, m)) cycle
-         ! Any element may then contain the interface point; at convergence the other elements get their segments back
-         ! (settle_found).
+         ! After this move any element may contain the interface point. At convergence the elements that do not contain it get their
+         ! segments of the law back (assign_found_segments).
          if (passes_touchdown(problem, state, m, distance, mark(m))) state%segment = segment_unknown
       end do
       call shift_touchdown_points(problem, state, distance, travelled, mark)
    end subroutine move_touchdown_points
 
-   !> True if an interface point would come too close to a touchdown point or pass it. The position at which a foundation's law has
-   !> a corner may move from a free span into a line contact, but a node of the mesh cannot.
+   !> True if an interface point would pass a touchdown point or come too close to it. The place where a foundation's law has a
+   !> corner may move from a free span into a line contact, but a node of the mesh cannot.
    pure logical function passes_touchdown(problem, state, m, distance, way) result(passes)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: m              !! interface point
-      real(wp), intent(in) :: distance(:)   !! (candidates) distances of the touchdown points from their equilibrium positions
-      real(wp), intent(in) :: way           !! distance of the interface point from its equilibrium position
+      integer, intent(in) :: m              !! index of the interface point
+      real(wp), intent(in) :: distance(:)   !! (candidates) distances of the touchdown points to their positions in equilibrium
+      real(wp), intent(in) :: way           !! distance of the interface point to its position in equilibrium
       real(wp) :: apart
       integer :: c
       passes = .false.
@@ -276,11 +279,12 @@ contains
       end associate
    end function passes_touchdown
 
-   !> Distances of all touchdown points from their positions in an iterate, with the slopes of the previous iterate `before`.
+   !> Distances of all touchdown points to the positions that their conditions give in an iterate, with the slopes of the previous
+   !> iterate `before`.
    function touchdown_steps(problem, before, state, at) result(distance)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before, state
-      type(touchdown_t), intent(in), optional :: at(:) !! conditions at `before`, if known
+      type(touchdown_t), intent(in), optional :: at(:) !! conditions at `before`, if they are known
       real(wp) :: distance(problem%candidates%n)
       integer :: c
       if (present(at)) then
@@ -290,7 +294,7 @@ contains
       end if
    end function touchdown_steps
 
-   !> Distance of one touchdown point from its position in an iterate, as in touchdown_steps; 0 for a fixed candidate.
+   !> Distance of one touchdown point to its position in an iterate, as in touchdown_steps; 0 for a candidate that does not move.
    real(wp) function touchdown_step(problem, before, state, c) result(distance)
       type(problem_t), intent(in) :: problem
       type(touchdown_t), intent(in) :: before !! condition at the previous iterate
@@ -302,15 +306,14 @@ contains
       call measure_error(problem, state, c, before%by_moment, error, now)
       slope = before%slope
       if (before%by_moment .and. abs(now) > abs(slope)) slope = now
-      ! If the obstacle would have to pull at the end of a line contact, the contact must recede. The other direction would lead to
-      ! a free span of zero length, a false equilibrium from which no force would lead away.
+      ! If the obstacle would have to pull at the end of a line contact, the line contact must become shorter. If it became longer,
+      ! it would reach a free span of zero length, a false equilibrium that no force would leave again.
       if (before%by_moment .and. problem%candidates%follows(c)) slope = sign(slope, track_sense(problem, state, c, &
          & node_track(problem, state, c)))
       distance = quotient(error, slope)
    end function touchdown_step
 
-   !> Largest distance of a touchdown point from its position in an iterate, as part of the length of a span beside the point. No
-   !> point moves.
+   !> Largest distance of a touchdown point to its position in an iterate, over the length of a span beside it. No point is moved.
    real(wp) function touchdown_travel(problem, before, state) result(part)
       type(problem_t), intent(in) :: problem    !! without interface points
       type(state_t), intent(in) :: before, state
@@ -319,12 +322,12 @@ contains
       call node_shifts(problem, state, distance, shift, part)
    end function touchdown_travel
 
-   !> Moves touchdown points and interface points by given distances.
+   !> Moves touchdown points and interface points by given distances along the rod.
    subroutine shift_touchdown_points(problem, state, distance, travelled, mark)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(inout) :: state
-      real(wp), intent(inout) :: distance(:) !! (candidates) reduced where a span would close
-      real(wp), intent(out), optional :: travelled !! largest distance as part of the length of a span beside the point
+      real(wp), intent(inout) :: distance(:) !! (candidates) distances; reduced where a span would close
+      real(wp), intent(out), optional :: travelled !! largest movement of a touchdown point, over the length of a span beside it
       real(wp), intent(in), optional :: mark(:) !! (interface points) distances
       real(wp) :: shift(problem%model%mesh%n_nodes), part
       type(state_t) :: before
@@ -339,17 +342,17 @@ contains
       state%couple = before%couple
       state%grounded = before%grounded
       state%segment = before%segment
-      if (size(problem%mark) > 0) call keep_layers(problem, before, shift, state)
+      if (size(problem%mark) > 0) call move_layers(problem, before, shift, state)
    end subroutine shift_touchdown_points
 
-   !> Displacements of all nodes along the rods for given displacements of touchdown points and interface points: interpolated
+   !> Movements of all nodes along the rods for given movements of touchdown points and interface points: they are interpolated
    !> linearly between these and the fixed segment boundaries.
    subroutine node_shifts(problem, state, distance, shift, part, mark)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(inout) :: distance(:) !! (candidates) reduced where a span would close
-      real(wp), intent(out) :: shift(:)      !! (nodes) along the rod
-      real(wp), intent(out) :: part          !! largest distance over the length of the span that it shortens
+      real(wp), intent(inout) :: distance(:) !! (candidates) distances; reduced where a span would close
+      real(wp), intent(out) :: shift(:)      !! (nodes) movement along the rod
+      real(wp), intent(out) :: part          !! largest movement over the length of the span that it shortens
       real(wp), intent(in), optional :: mark(:) !! (interface points) distances
       integer, allocatable :: node(:), stop(:)
       real(wp), allocatable :: at(:)
@@ -371,7 +374,7 @@ contains
          goes(problem%candidates%node(c)) = distance(c)
       end do
       if (.not. any(abs(goes) > 0.0_wp)) return
-      ! In an iterate that diverges the nodes have no admissible positions.
+      ! In a diverging iterate the nodes have no admissible positions.
       if (.not. all(abs(goes) < sqrt(huge(part)))) then
          part = huge(part)
          return
@@ -385,7 +388,7 @@ contains
             & state%geometry%element(first:first + n - 2)%s(2) + problem%origin(first:first + n - 2)]
          stop = pack([(i, i=1, n)], [(i == 1 .or. i == n .or. leads(node(i)), i=1, n)])
          if (size(stop) == 2) cycle
-         ! Two passes, one from each side: a smaller displacement at one end of a span may require another in the next span.
+         ! Two passes, one from each side: a reduced movement at one end of a span may require a reduced movement in the next span.
          do i = 1, size(stop) - 1
             length = at(stop(i + 1)) - at(stop(i))
             closing = way(i) - way(i + 1)
@@ -397,7 +400,7 @@ contains
             first = stop(i)
             last = stop(i + 1)
             length = at(last) - at(first)
-            ! In an iterate that diverges a span may have zero length.
+            ! In a diverging iterate a span may have zero length.
             if (.not. length > 0.0_wp) then
                part = huge(part)
                shift = 0.0_wp
@@ -413,7 +416,7 @@ contains
 
    contains
 
-      !> Displacement of a touchdown point or an interface point along the rod.
+      !> Movement of a touchdown point or an interface point along the rod.
       pure real(wp) function way(i)
          integer, intent(in) :: i
          way = goes(node(stop(i)))

@@ -1,4 +1,4 @@
-!> A cross section: its stiffnesses from a shape and a material, or given, the same all along its rods or not.
+!> A cross section: its stiffnesses, which are given or follow from a shape and a material; constant along its rods or varying.
 module cross_section
    use kinds, only: wp, pi, name_length
    use distribution, only: distributed_t
@@ -6,33 +6,35 @@ module cross_section
    private
    public :: section_t, varies, local_section, outer_fibre
 
-   !> A cross section. Where it varies, ea, ei, ga and mass are those of the mean dimensions, for scales; see local_section.
+   !> A cross section. If it varies, ea, ei, ga and mass are those of the mean dimensions, as scales; see local_section.
    type :: section_t
       character(name_length) :: name = ''       !! element set of the section
       real(wp) :: ea = 0.0_wp, ei = 0.0_wp      !! axial [force] and bending [force length^2] stiffness
-      logical :: inextensible = .false.         !! true: 1/EA is zero: ea is not used
-      real(wp) :: ga = 0.0_wp                   !! shear stiffness [force]; not used when shear_rigid
+      logical :: inextensible = .false.         !! true: 1/EA is zero, and ea is not used
+      real(wp) :: ga = 0.0_wp                   !! shear stiffness [force]; not used if shear_rigid is true
       logical :: shear_rigid = .true.
       real(wp) :: mass = 0.0_wp                 !! mass per unit stress-free length (self-weight)
-      real(wp) :: expansion = 0.0_wp            !! strain per unit of temperature
-      character(12) :: shape = 'STIFFNESS'      !! the deck's word
-      type(distributed_t) :: dimension(4)       !! what the deck's line says of the shape, in its order; STIFFNESS: EA, EI, GA, mass
-      real(wp) :: young = 0.0_wp, rigidity = 0.0_wp, density = 0.0_wp !! E, G, rho of the material; not used by STIFFNESS and
-      !! INEXTENSIBLE
+      real(wp) :: expansion = 0.0_wp            !! thermal strain by temperature change
+      character(12) :: shape = 'STIFFNESS'      !! word of the deck for the shape
+      type(distributed_t) :: dimension(4) !! dimensions of the shape in the order of the deck's data line; for STIFFNESS: EA, EI,
+      !! GA, mass
+      real(wp) :: young = 0.0_wp, rigidity = 0.0_wp, density = 0.0_wp !! Young's modulus, shear modulus and density of the material;
+      !! not used by STIFFNESS and INEXTENSIBLE
    end type section_t
 
 contains
 
-   !> True if the section is not the same everywhere.
+   !> True if the section varies along its rods.
    elemental logical function varies(section)
       type(section_t), intent(in) :: section
       varies = any(section%dimension%distribution > 0)
    end function varies
 
-   !> The section at a place: EA, EI, GA and mass of the dimensions there.
+   !> The section at one place of a rod: EA, EI, GA and mass that follow from the dimensions there.
    pure function local_section(section, sample) result(local)
       type(section_t), intent(in) :: section
-      real(wp), intent(in) :: sample(:)         !! (distributions) their values at the place; none: the mean dimensions
+      real(wp), intent(in) :: sample(:) !! (distributions) values of the distributions at the place; size 0: the mean dimensions are
+      !! used
       type(section_t) :: local
       real(wp) :: a(4), area, inertia, shear_area
       integer :: i
@@ -50,7 +52,7 @@ contains
          inertia = pi * a(1)**4 / 4
          shear_area = 0.9_wp * area
       case ('PIPE')
-         ! Differences of powers, without cancellation for thin walls.
+         ! The differences of powers are written without cancellation for thin walls.
          area = pi * a(2) * (2 * a(1) - a(2))
          inertia = area * (a(1)**2 + (a(1) - a(2))**2) / 4
          shear_area = 0.5_wp * area
@@ -71,7 +73,7 @@ contains
       local%mass = section%density * area
    end function local_section
 
-   !> Distance of the outermost fibres from the axis, of a section from local_section; 0 if the deck gives no shape.
+   !> Distance of the outermost fibres from the axis of a section (from local_section); 0 if the deck gives no shape.
    pure real(wp) function outer_fibre(section)
       type(section_t), intent(in) :: section
       select case (section%shape)

@@ -1,4 +1,5 @@
-!> Imperfections on the curves of a model, and its nodes, which follow the curves: those of the deck, and changes between paths.
+!> Imperfections on the curves of a model, and its nodes, which lie on the imperfect curves. Imperfections come from the deck, or
+!> are added between two paths.
 module imperfect_mesh
    use kinds, only: wp
    use errors, only: error_t, fail
@@ -15,8 +16,9 @@ contains
    !> Adds an imperfection to a model, and assigns it to the curves of a chain.
    subroutine add_imperfection(model, element, knot, shape)
       type(model_t), intent(inout) :: model
-      integer, intent(in) :: element(:)        !! elements of the chain, on whole curves without imperfection, in order
-      real(wp), intent(in) :: knot(:)          !! coordinates along the chain of the first end of each
+      integer, intent(in) :: element(:) !! elements of the chain in their order; they cover whole curves that have no imperfection
+      !! yet
+      real(wp), intent(in) :: knot(:)          !! chain coordinate of the first end of each element
       type(imperfection_t), intent(in) :: shape
       integer :: k
       model%imperfection = [model%imperfection, shape]
@@ -28,9 +30,9 @@ contains
       end do
    end subroutine add_imperfection
 
-   !> Measures the curves, and moves nodes to their curves where these have an imperfection.
+   !> Measures the curves, and moves nodes onto their curves where these have an imperfection.
    subroutine move_to_curves(model)
-      type(model_t), intent(inout) :: model    !! its imperfections set; mesh%x is brought up to date
+      type(model_t), intent(inout) :: model    !! in: its imperfections are set; out: mesh%x is updated
       real(wp) :: angle, speed
       integer :: e, i
       call measure_curves(model%curve, model%imperfection)
@@ -49,13 +51,13 @@ contains
       end associate
    end subroutine move_to_curves
 
-   !> Adds buckling modes as imperfections. Every node of a chain moves by the sum of the modes' normal components. Where the
-   !> chain's ends move, the whole nominal chain moves with them (rotated and scaled), so that chains remain connected.
+   !> Adds buckling modes as imperfections. Every node of a chain moves by the sum of the modes' normal components. If the ends of
+   !> the chain move, the whole nominal chain moves with them (rotated and scaled), so that chains remain connected.
    subroutine add_mode_offsets(model, offsets, mode, error)
       type(model_t), intent(inout) :: model
       type(mode_offset_t), intent(in) :: offsets(:)
-      real(wp), intent(in) :: mode(:, :, :)    !! (3, nodes, offsets) mode of each offset, largest translation 1
-      type(error_t), allocatable, intent(out) :: error !! a mode that does not bend its chain; chains that overlap or come apart
+      real(wp), intent(in) :: mode(:, :, :)    !! (3, nodes, offsets) mode of each offset, with a largest translation of 1
+      type(error_t), allocatable, intent(out) :: error !! allocated: a mode does not bend its chain, or chains overlap or come apart
       type(imperfection_t) :: shape
       real(wp), allocatable :: knot(:), w(:), goal(:, :)
       logical :: done(size(offsets)), closed
@@ -102,7 +104,7 @@ contains
          & ' move it to different places: give SHAPE=MODE for all of them')
    end subroutine add_mode_offsets
 
-   !> Turns, scales and moves the nominal curves of a chain so that its ends lie at two given points.
+   !> Rotates, scales and moves the nominal curves of a chain so that its ends are at two given points.
    subroutine move_chain(model, element, first, last)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: element(:)
@@ -134,11 +136,11 @@ contains
       end associate
    end subroutine move_chain
 
-   !> Distances of the nodes' new positions from the nominal chain, > 0 to the left.
+   !> Distances of the nodes' new positions from the nominal chain, > 0 to the left of it.
    function normal_distances(model, element, goal) result(w)
       type(model_t), intent(in) :: model
       integer, intent(in) :: element(:)
-      real(wp), intent(in) :: goal(:, :)       !! (2, nodes of the chain)
+      real(wp), intent(in) :: goal(:, :)       !! (2, nodes of the chain) new positions
       real(wp) :: w(size(element) + 1), x(2), angle, speed
       integer :: k, side, e
       do k = 1, size(element) + 1
@@ -149,11 +151,12 @@ contains
       end do
    end function normal_distances
 
-   !> Nodes that imperfections move, and that another curve which meets there does not move to the same place.
+   !> Nodes that an imperfection moves, while another curve that meets there does not move to the same place.
    function parted_nodes(model) result(node)
-      type(model_t), intent(in) :: model       !! whose nodes have been moved to their curves
+      type(model_t), intent(in) :: model       !! model whose nodes have been moved to their curves
       integer, allocatable :: node(:)
-      real(wp), parameter :: apart = 1.0e-3_wp ! of the offset, which curves that meet almost smoothly turn with their direction
+      real(wp), parameter :: apart = 1.0e-3_wp ! accepted distance over the offset: curves that meet almost smoothly differ in
+      ! direction
       real(wp), parameter :: rounding = 1.0e-9_wp
       real(wp), dimension(model%mesh%n_nodes) :: distance, offset
       real(wp) :: x(2), angle, speed, w, dw

@@ -1,4 +1,5 @@
-!> Stress-free offset of the axis from the perfect geometry: value and derivatives of all shapes; nodal and random splines.
+!> Stress-free offset of the axis from the perfect geometry: value and derivatives for all shapes; splines through nodal and random
+!> offsets.
 module imperfection
    use kinds, only: wp, pi
    use model, only: imperfection_t, shape_sine, shape_cosine, shape_clamped, shape_nodal
@@ -9,15 +10,15 @@ module imperfection
    private
    public :: imperfection_value, imperfection_scale, nodal_imperfection, scale_imperfection, random_offsets
 
-   real(wp), parameter :: unit_peak = 1.5_wp * sqrt(3.0_wp) !! sin^2 cos times this has the largest value 1
+   real(wp), parameter :: unit_peak = 1.5_wp * sqrt(3.0_wp) !! factor by which sin^2 cos has the largest value 1
 
 contains
 
    !> Offset and its derivatives at a point of the chain.
    pure subroutine imperfection_value(imperfection, s, w, dw, ddw, dddw)
       type(imperfection_t), intent(in) :: imperfection
-      real(wp), intent(in) :: s   !! coordinate along the chain, 0 to its length
-      real(wp), intent(out) :: w  !! offset to the left
+      real(wp), intent(in) :: s   !! coordinate s along the chain, 0 to its length
+      real(wp), intent(out) :: w  !! offset w, > 0 to the left of the chain
       real(wp), intent(out) :: dw !! dw/ds
       real(wp), intent(out), optional :: ddw  !! d2w/ds2
       real(wp), intent(out), optional :: dddw !! d3w/ds3
@@ -58,15 +59,15 @@ contains
       if (present(dddw)) dddw = third
    end subroutine imperfection_value
 
-   !> Length over which an imperfection varies as a polynomial of low degree does: a half wave, or the distance of two knots.
+   !> Length over which an imperfection varies like a polynomial of low degree: a half wave, or the distance of two knots.
    pure real(wp) function imperfection_scale(imperfection, from, to) result(length)
       type(imperfection_t), intent(in) :: imperfection
-      real(wp), intent(in) :: from, to         !! part of the chain
+      real(wp), intent(in) :: from, to         !! chain coordinates of the ends of the part in question
       select case (imperfection%shape)
       case (shape_sine, shape_cosine)
          length = imperfection%length / max(1.0_wp, maxval(abs(imperfection%half_waves)))
       case (shape_clamped)
-         ! Products of a sine's square and a cosine have three half waves.
+         ! A product of the square of a sine and a cosine has three half waves.
          length = imperfection%length / 3.0_wp
       case (shape_nodal)
          length = shortest_piece(imperfection%knot, from, to)
@@ -75,13 +76,13 @@ contains
       end select
    end function imperfection_scale
 
-   !> Spline through nodal offsets. In a rod that lies straight, forces act where the third derivative of its imperfection jumps;
-   !> that of this spline is continuous, and so is the pressure.
+   !> Spline through nodal offsets. In a rod that lies straight, forces act where the third derivative of its imperfection jumps.
+   !> The third derivative of this spline is continuous, and so is the pressure.
    subroutine nodal_imperfection(knot, offset, closed, imperfection)
-      real(wp), intent(in) :: knot(:)                   !! chain coordinates of the nodes, from 0 to its length
-      real(wp), intent(in) :: offset(:)                 !! at the nodes; closed: the last one equals the first
-      logical, intent(in) :: closed                     !! true: the chain ends at its beginning, and the spline is periodic; false:
-      !! the spline is odd at both ends
+      real(wp), intent(in) :: knot(:)                   !! chain coordinates of the nodes, from 0 to the length of the chain
+      real(wp), intent(in) :: offset(:)                 !! offsets at the nodes; if `closed`, the last one equals the first
+      logical, intent(in) :: closed !! true: the chain ends where it begins, and the spline is periodic; false: the spline is odd at
+      !! both ends
       type(imperfection_t), intent(out) :: imperfection !! ready for imperfection_value
       real(wp) :: slope(size(knot), 1), bend(size(knot), 1)
       imperfection%shape = shape_nodal
@@ -103,13 +104,13 @@ contains
       imperfection%bend = factor * imperfection%bend
    end subroutine scale_imperfection
 
-   !> Nodal offsets uniform between -amplitude and amplitude; zero at both ends of an open chain, equal at those of a
-   !> closed one.
+   !> Random offsets at nodes, uniform between -amplitude and amplitude. They are zero at both ends of an open chain, and equal at
+   !> the two ends of a closed chain.
    pure subroutine random_offsets(seed, amplitude, closed, offset)
       integer, intent(in) :: seed          !! the same seed gives the same offsets
       real(wp), intent(in) :: amplitude    !! largest offset, positive
-      logical, intent(in) :: closed        !! true: the chain ends at its beginning
-      real(wp), intent(out) :: offset(:)   !! one a node of the chain, 2 or more
+      logical, intent(in) :: closed        !! true: the chain ends where it begins
+      real(wp), intent(out) :: offset(:)   !! (nodes of the chain, 2 or more) offsets
       type(random_t) :: generator
       real(wp) :: number
       integer :: i

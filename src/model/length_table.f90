@@ -1,7 +1,7 @@
-!> Excess of a curve's true length over its nominal coordinate, a smooth function of this coordinate, as polynomials on panels short
-!> enough for an accuracy of rounding.
+!> Excess of a curve's true length over its nominal coordinate, as a function of this coordinate. It is smooth, and stored as
+!> polynomials on panels that are short enough for an accuracy of rounding.
 !>
-!> The excess of an imperfect rod is small, so that lengths of short pieces, as differences of it, have no additional rounding
+!> The excess of an imperfect rod is small: lengths of short pieces, computed as differences of it, have no additional rounding
 !> error.
 module length_table
    use kinds, only: wp, pi
@@ -10,19 +10,19 @@ module length_table
    private
    public :: length_table_t, new_length_table, add_panel, close_table, panel_places, table_value, table_excess, table_points
 
-   integer, parameter :: table_points = 8 !! Chebyshev points of a panel
+   integer, parameter :: table_points = 8 !! number of Chebyshev points of a panel
 
-   !> Table of the excess of length along curves of one nominal curvature.
+   !> Table of the excess of length for curves with the same nominal curvature.
    type :: length_table_t
-      real(wp) :: curvature = 0.0_wp          !! curvature of the nominal curve; huge: of a spline, which has a table alone
+      real(wp) :: curvature = 0.0_wp !! curvature of the nominal curve; huge: the curve is a spline, which has a table of its own
       integer :: n = 0                        !! number of panels so far
-      real(wp), allocatable :: at(:)          !! (panels + 1) ends of the panels; with spare room until the table is closed
-      real(wp), allocatable :: excess(:, :)   !! (points + 1, panels) coefficients of x^0, x^1, ..., x from -1 to 1 in a panel
+      real(wp), allocatable :: at(:)          !! (panels + 1) ends of the panels; larger until the table is closed
+      real(wp), allocatable :: excess(:, :)   !! (points + 1, panels) coefficients of x^0, x^1, ...; x goes from -1 to 1 in a panel
    end type length_table_t
 
 contains
 
-   !> A table without any panel yet.
+   !> A table without panels.
    pure function new_length_table(curvature) result(table)
       real(wp), intent(in) :: curvature
       type(length_table_t) :: table
@@ -30,14 +30,14 @@ contains
       allocate (table%at(17), table%excess(table_points + 1, 16), source=0.0_wp)
    end function new_length_table
 
-   !> Removes the spare room behind the last panel; afterwards the table can be evaluated.
+   !> Removes the unused part of the arrays behind the last panel; only then the table can be evaluated.
    pure subroutine close_table(table)
       type(length_table_t), intent(inout) :: table
       table%at = table%at(:table%n + 1)
       table%excess = table%excess(:, :table%n)
    end subroutine close_table
 
-   !> Coordinates of a panel at which the rate d(excess)/ds is required.
+   !> Coordinates in a panel at which the derivative d(excess)/ds must be given.
    pure function panel_places(from, to) result(s)
       real(wp), intent(in) :: from, to
       real(wp) :: s(table_points)
@@ -46,18 +46,18 @@ contains
       s = 0.5_wp * (from + to) + 0.5_wp * (to - from) * place
    end function panel_places
 
-   !> Appends a panel at the end of the table if the polynomial through the rates is accurate to rounding.
+   !> Appends a panel at the end of the table, if the polynomial through the derivatives is accurate to rounding.
    pure subroutine add_panel(table, to, rate, last_try, added)
       type(length_table_t), intent(inout) :: table
-      real(wp), intent(in) :: to              !! end of the panel
-      real(wp), intent(in) :: rate(:)         !! (points) at panel_places
+      real(wp), intent(in) :: to              !! coordinate of the panel's end
+      real(wp), intent(in) :: rate(:)         !! (points) d(excess)/ds at the coordinates panel_places
       logical, intent(in) :: last_try         !! true: the panel is added whatever its accuracy
       logical, intent(out) :: added
       real(wp) :: c(0:table_points + 1), d(0:table_points), half, noise
       integer :: k, i, n
       real(wp), parameter :: wave(table_points, 0:table_points - 1) = reshape([((cos(k * pi * (i - 0.5_wp) / table_points), &
          & i=1, table_points), k=0, table_points - 1)], [table_points, table_points]) !! Chebyshev polynomials at the points
-      ! Chebyshev coefficients of the rate, then of its integral.
+      ! First the Chebyshev coefficients of the derivative, then those of its integral.
       c = 0.0_wp
       do k = 0, table_points - 1
          c(k) = sum(rate * wave(:, k)) * 2.0_wp / table_points
@@ -65,7 +65,8 @@ contains
       c(0) = 0.5_wp * c(0)
       n = table%n + 1
       half = 0.5_wp * (to - table%at(n))
-      ! Below this size the last coefficients are the rounding of a length, or of the coordinates times the slope of the rate.
+      ! If the last coefficients are below this size, they are the rounding of a length, or of the coordinates times the slope of
+      ! the rate.
       noise = 1.0_wp + maxval(abs(rate)) + abs(to) / half * sum([(k**2 * abs(c(k)), k=1, table_points - 1)])
       added = last_try .or. maxval(abs(c(table_points - 2:table_points - 1))) <= epsilon(c) * noise
       if (.not. added) return
@@ -73,7 +74,7 @@ contains
       do k = 2, table_points
          d(k) = half * (c(k - 1) - c(k + 1)) / (2 * k)
       end do
-      ! The excess is continuous at the end of the previous panel.
+      ! The excess is continuous where the previous panel ends.
       d(0) = sum(d(1::2)) - sum(d(2::2))
       if (n > 1) d(0) = d(0) + sum(table%excess(:, n - 1))
       if (n == size(table%at)) then
@@ -85,7 +86,7 @@ contains
       table%excess(:, n) = powers(d)
    end subroutine add_panel
 
-   !> Coefficients of powers from Chebyshev coefficients.
+   !> Coefficients of powers of x that are equivalent to given Chebyshev coefficients.
    pure function powers(d) result(a)
       real(wp), intent(in) :: d(0:table_points)
       real(wp), dimension(0:table_points) :: a, before, now, next
@@ -104,7 +105,7 @@ contains
       end do
    end function powers
 
-   !> Excess and its derivative; beyond the ends of the table the excess is continued linearly.
+   !> Excess and its derivative at coordinate s; beyond the ends of the table the excess is continued linearly.
    pure subroutine table_value(table, s, excess, rate)
       type(length_table_t), intent(in) :: table
       real(wp), intent(in) :: s
@@ -140,12 +141,12 @@ contains
       end do
    end function table_excess
 
-   !> Panel that contains a coordinate inside the table, and the position in this panel.
+   !> Panel that contains a coordinate inside the table, and the position of the coordinate in this panel.
    pure subroutine find_in_panel(table, s, panel, x)
       type(length_table_t), intent(in) :: table
       real(wp), intent(in) :: s
       integer, intent(out) :: panel
-      real(wp), intent(out) :: x              !! -1 to 1
+      real(wp), intent(out) :: x              !! position in the panel, -1 to 1
       panel = piece_at(table%at, s)
       x = ((s - table%at(panel)) - (table%at(panel + 1) - s)) / (table%at(panel + 1) - table%at(panel))
    end subroutine find_in_panel

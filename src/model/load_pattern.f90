@@ -1,8 +1,8 @@
-!> A load pattern: all loads that grow with the load factor of one step, or the constant loads left by the previous steps.
+!> A load pattern: all loads that grow with the load factor of one step, or the constant loads that previous steps left.
 !>
-!> Loads that do not depend on the state are values at nodes, on elements and on obstacles; a new kind of them is a new component of
-!> this type. Loads whose size or direction varies along the rods are line loads, see line_load_t; pole loads depend on the state.
-!> Addition, scaling and transfer to other meshes are implemented here for all of them.
+!> Loads that do not depend on the state are values at nodes, on elements and on obstacles; each kind is a component of this type.
+!> Loads whose size or direction varies along the rods are line loads (line_load_t); pole loads depend on the state. Addition,
+!> scaling and transfer to other meshes are implemented here for all kinds.
 module load_pattern
    use kinds, only: wp
    use pole_load, only: pole_load_t
@@ -11,31 +11,32 @@ module load_pattern
    private
    public :: load_t, line_load_t, new_load
 
-   !> A dead load along rods whose size or direction is not the same everywhere, per unit stress-free length. The force at a place
-   !> is the intensity there, times the section's mass if it is a weight, times the direction.
+   !> A dead load along rods whose magnitude or direction varies, by stress-free length. The force at a place is the intensity there
+   !> times the direction; for a weight it is also multiplied by the section's mass.
    type :: line_load_t
       type(distributed_t) :: intensity
-      real(wp) :: direction(2) = 0.0_wp       !! times the factor of the pattern
-      logical :: along_axis = .false.         !! true: the direction is along the stress-free axis and to its left;
+      real(wp) :: direction(2) = 0.0_wp       !! direction of the force, times the factor of the pattern
+      logical :: along_axis = .false. !! true: the components of the direction are along the stress-free axis and to its left;
       !! false: along x and y
-      logical :: weight = .false.             !! true: times the mass per length
-      logical, allocatable :: on(:)           !! (n_elements) true: it acts on the element
+      logical :: weight = .false.             !! true: the intensity is multiplied by the mass per length
+      logical, allocatable :: on(:)           !! (n_elements) true: the load acts on the element
    end type line_load_t
 
    !> A load pattern, at load factor 1. Addition and scaling act on all components.
    type :: load_t
-      real(wp), allocatable :: node_force(:, :)   !! (3, n_nodes) forces and moment
-      real(wp), allocatable :: line_force(:, :)   !! (2, n_elements) dead, global axes, per unit stress-free length
-      type(line_load_t), allocatable :: line_load(:) !! dead loads that vary
-      real(wp), allocatable :: pressure(:)        !! (n_elements) follower, per deformed length, to the left of the element; at the
-      !! origin of the axes
-      real(wp), allocatable :: gradient(:, :)     !! (2, n_elements) derivative of the pressure by the deformed position
+      real(wp), allocatable :: node_force(:, :)   !! (3, n_nodes) force in x, force in y, moment
+      real(wp), allocatable :: line_force(:, :)   !! (2, n_elements) dead load by stress-free length, global axes
+      type(line_load_t), allocatable :: line_load(:) !! dead loads that vary along the rods
+      real(wp), allocatable :: pressure(:) !! (n_elements) follower pressure by deformed length, > 0 to the left of the element; its
+      !! value at the origin of the axes
+      real(wp), allocatable :: gradient(:, :)     !! (2, n_elements) derivative of the pressure by the deformed position (x, y)
       real(wp), allocatable :: strain(:)          !! (n_elements) free thermal strain
-      real(wp), allocatable :: curvature(:)       !! (n_elements) free thermal change of curvature, per unit stress-free length
+      real(wp), allocatable :: curvature(:)       !! (n_elements) free thermal change of curvature, by stress-free length
       real(wp), allocatable :: displacement(:, :) !! (3, n_nodes) prescribed values of fixed degrees of freedom
       real(wp), allocatable :: motion(:, :)       !! (2, n_obstacles) displacement of the obstacles
-      real(wp), allocatable :: closing(:)         !! (n_obstacles) decrease of the gaps
-      real(wp), allocatable :: resolved(:)        !! (n_obstacles) part of the initial penetration that is pushed out
+      real(wp), allocatable :: closing(:)         !! (n_obstacles) decrease of the gaps of the obstacle
+      real(wp), allocatable :: resolved(:) !! (n_obstacles) part of the initial penetration by which the obstacle pushes the
+      !! structure out
       type(pole_load_t), allocatable :: pole_load(:)
    contains
       procedure :: add
@@ -51,7 +52,7 @@ module load_pattern
 
 contains
 
-   !> An all-zero load pattern for a mesh.
+   !> A load pattern without loads for a mesh.
    pure function new_load(n_nodes, n_elements, n_obstacles) result(load)
       integer, intent(in) :: n_nodes, n_elements, n_obstacles
       type(load_t) :: load
@@ -65,7 +66,7 @@ contains
       allocate (load%line_load(0), load%pole_load(0))
    end function new_load
 
-   !> Adds `factor` times another pattern for the same mesh.
+   !> Adds `factor` times another load pattern for the same mesh.
    subroutine add(self, factor, other)
       class(load_t), intent(inout) :: self
       real(wp), intent(in) :: factor
@@ -93,7 +94,7 @@ contains
       self%pole_load = [self%pole_load, pulls]
    end subroutine add
 
-   !> The pattern times a factor.
+   !> The load pattern times a factor.
    function scaled(self, factor)
       class(load_t), intent(in) :: self
       real(wp), intent(in) :: factor
@@ -102,10 +103,10 @@ contains
       call scaled%add(factor, self)
    end function scaled
 
-   !> The pattern on another mesh: loads at nodes stay with the nodes, loads on elements with the rod.
+   !> The load pattern on another mesh: loads at nodes stay with the nodes, loads on elements with the rod.
    function mapped(self, node, element)
       class(load_t), intent(in) :: self
-      integer, intent(in) :: node(:)             !! (new nodes) the node of `self`; 0: a node without loads
+      integer, intent(in) :: node(:)             !! (new nodes) the corresponding node of `self`; 0: a node without loads
       integer, intent(in) :: element(:)          !! (new elements) an element of `self` on the same rod segment
       type(load_t) :: mapped
       integer :: i
@@ -133,14 +134,14 @@ contains
       end do
    end function mapped
 
-   !> True for elements on which a follower pressure acts.
+   !> (elements) true: a follower pressure acts on the element.
    pure function presses(self)
       class(load_t), intent(in) :: self
       logical :: presses(size(self%pressure))
       presses = abs(self%pressure) > 0.0_wp .or. any(abs(self%gradient) > 0.0_wp, 1)
    end function presses
 
-   !> True if any load of the pattern, prescribed displacements and thermal strains included, is not zero.
+   !> True if any load of the pattern is not zero; prescribed displacements and thermal strains count as loads.
    pure logical function does_anything(self)
       class(load_t), intent(in) :: self
       does_anything = any(abs(self%node_force) > 0.0_wp) .or. any(abs(self%line_force) > 0.0_wp) .or. &
@@ -166,7 +167,7 @@ contains
          & any(self%pole_load%node == node)
    end function turns
 
-   !> True if loads along any of the elements can bend them.
+   !> True if loads along any of the elements `first` to `last` can bend them.
    pure logical function bends(self, first, last)
       class(load_t), intent(in) :: self
       integer, intent(in) :: first, last
@@ -178,7 +179,7 @@ contains
       end do
    end function bends
 
-   !> True if the same loads act along two elements.
+   !> True if two elements have the same loads along them.
    pure logical function same_on(self, a, b)
       class(load_t), intent(in) :: self
       integer, intent(in) :: a, b

@@ -1,8 +1,8 @@
-!> Number of elements required along a rod and their distribution, from which the program places the nodes of its meshes.
+!> Number of elements required along a rod, and their distribution, from which the program places the nodes of its meshes.
 !>
-!> A mesh density is piecewise constant along the rod and independent of the ends of contact spans: a span takes the number of
-!> elements between its ends from the density. Error estimates and spans that appear, grow or merge request another mesh by changing
-!> the density.
+!> A mesh density is piecewise constant along the rod and independent of the ends of contact spans: a span gets the number of
+!> elements that the density gives between its ends. Error estimates, and spans that appear, grow or merge, request another mesh by
+!> changing the density.
 module mesh_density
    use kinds, only: wp
    use rod_layout, only: layout_t
@@ -11,22 +11,22 @@ module mesh_density
    public :: mesh_density_t, new_demands, between, equal_shares, as_mirrored, with_smooth_density, even_out, in_whole_parts, &
       & position_rounding
 
-   !> Mesh density of one rod segment.
+   !> Mesh density along one rod segment.
    type :: mesh_density_t
       real(wp), allocatable :: at(:)        !! (pieces + 1) coordinates along the segment, increasing, from 0 to its length
-      real(wp), allocatable :: elements(:)  !! (pieces) required number of elements in each, >= 0, not necessarily whole
+      real(wp), allocatable :: elements(:)  !! (pieces) required number of elements in each piece, >= 0, not necessarily an integer
    end type mesh_density_t
 
-   real(wp), parameter :: first_elements = 2.0_wp !! initial elements of a segment: the fewest whose errors can be compared with
-   !! each other
+   real(wp), parameter :: first_elements = 2.0_wp !! initial number of elements of a segment: the smallest number whose errors can
+   !! be compared with each other
    real(wp), parameter :: steepest = 4.0_wp       !! largest ratio of the lengths of neighbouring elements
-   real(wp), parameter :: position_rounding = 1.0e-9_wp !! part of a segment's length: positions that differ by less are equal
-   real(wp), parameter :: part = 1.0_wp / 64.0_wp !! part of an element: densities are multiples of this number, so that their sums
-   !! are exact
+   real(wp), parameter :: position_rounding = 1.0e-9_wp !! positions that differ by less than this part of the segment's length
+   !! count as equal
+   real(wp), parameter :: part = 1.0_wp / 64.0_wp !! part of an element: densities are multiples of it, so that their sums are exact
 
 contains
 
-   !> Initial mesh density, before any error is known: the deck's elements if their number is given.
+   !> Initial mesh density, before any error is known; the deck's elements if the deck gives their number.
    function new_demands(layout) result(demand)
       type(layout_t), intent(in) :: layout
       type(mesh_density_t) :: demand(size(layout%rod_segment))
@@ -44,7 +44,7 @@ contains
       end do
    end function new_demands
 
-   !> Required number of elements between two positions, not necessarily whole.
+   !> Required number of elements between two positions, not necessarily an integer.
    pure real(wp) function between(demand, from, to) result(n)
       type(mesh_density_t), intent(in) :: demand
       real(wp), intent(in) :: from, to
@@ -58,7 +58,7 @@ contains
       end do
    end function between
 
-   !> The n + 1 ends of n elements between two positions, such that the density's integral is the same on each.
+   !> The n + 1 ends of n elements between two positions for which the integral of the density is the same over each element.
    pure function equal_shares(demand, from, to, n) result(at)
       type(mesh_density_t), intent(in) :: demand
       real(wp), intent(in) :: from, to
@@ -87,16 +87,16 @@ contains
          end do
          passed = passed + piece
       end do
-      ! Rounding may have left the last elements without a place: they divide the rest of the length equally.
+      ! Rounding may leave the last elements without a position: they divide the rest of the length equally.
       do while (k < n)
          at(k + 1) = at(k) + (to - at(k)) / (n - k + 1)
          k = k + 1
       end do
    end function equal_shares
 
-   !> Raises a density where it is so much lower than beside that neighbouring elements would differ in length by more than a factor
-   !> (steepest). A piece receives no more elements than needed to fill it with lengths that grow by this factor, which matters
-   !> beside a span that has almost vanished.
+   !> Increases a density where neighbouring elements would differ in length by more than a factor (steepest). A piece gets no more
+   !> elements than are needed to fill it with lengths that grow by this factor. This matters beside a span that has almost
+   !> vanished.
    pure function with_smooth_density(demand) result(smooth)
       type(mesh_density_t), intent(in) :: demand
       type(mesh_density_t) :: smooth
@@ -114,9 +114,9 @@ contains
 
    contains
 
-      !> Number of elements that a piece needs beside another one with a given number.
+      !> Number of elements that a piece needs beside another piece with a given number of elements.
       pure real(wp) function beside(length, next, elements) result(wanted)
-         real(wp), intent(in) :: length, next   !! lengths of the pieces
+         real(wp), intent(in) :: length, next   !! length of the piece; length of the other piece
          real(wp), intent(in) :: elements       !! number of elements of the other piece
          wanted = 0.0_wp
          if (.not. next > 0.0_wp) return
@@ -125,11 +125,12 @@ contains
       end function beside
    end function with_smooth_density
 
-   !> Limits the density in parts of few pieces, and in parts shorter than a neighbouring piece, except the longest part: no more
-   !> than for element lengths that fall by a factor (steepest) from piece to piece, beginning at the element next to the part.
+   !> Limits the density in parts that consist of few pieces, and in parts shorter than a neighbouring piece, except in the longest
+   !> part: element lengths need not decrease by more than a factor (steepest) from piece to piece, starting with the element beside
+   !> the part.
    pure subroutine even_out(demand, begins, few)
       type(mesh_density_t), intent(inout) :: demand
-      logical, intent(in) :: begins(:)         !! (pieces + 1) true: a part begins here, or ends at the last piece
+      logical, intent(in) :: begins(:)         !! (pieces + 1) true: a part begins at this position, or the last part ends there
       integer, intent(in) :: few
       logical :: least(size(demand%elements))
       real(wp) :: density, longest
@@ -158,16 +159,16 @@ contains
       end associate
    end subroutine even_out
 
-   !> Makes the densities of a symmetric structure symmetric: pieces that are mirror images get the mean position of their ends, and
-   !> the larger number of elements if both differ by no more than the accuracy of these numbers. The first segment is the image of
-   !> the last, and so on.
+   !> Makes the densities of a symmetric structure symmetric. Pieces that are mirror images get the mean position of their ends.
+   !> They get the larger number of elements, if the two numbers differ by no more than their accuracy. The first segment is the
+   !> mirror image of the last, and so on.
    !>
-   !> If a symmetric structure is supported at one end, displacements count from that end, and the error contributions of its halves
-   !> differ. An unsymmetric mesh would act as an imperfection.
+   !> If a symmetric structure is supported at one end, displacements are measured from that end, and the error contributions of its
+   !> halves differ. An unsymmetric mesh would act as an imperfection.
    pure function as_mirrored(demand, known, near) result(even)
       type(mesh_density_t), intent(in) :: demand(:)
-      real(wp), intent(in) :: known             !! factor by which the numbers of elements are uncertain, >= 1
-      real(wp), intent(in), optional :: near    !! part of a segment's length by which ends of mirror images may differ; default:
+      real(wp), intent(in) :: known             !! factor within which the numbers of elements are uncertain, >= 1
+      real(wp), intent(in), optional :: near !! part of a segment's length by which the ends of mirror images may differ; default:
       !! rounding
       type(mesh_density_t) :: even(size(demand))
       real(wp), allocatable :: mirrored(:)
@@ -193,7 +194,7 @@ contains
    end function as_mirrored
 
    !> Rounds a density to multiples of a fraction of an element. Pieces that are equal up to rounding then have exactly equal
-   !> densities: symmetric structures keep symmetric meshes. Otherwise rounding would grow from mesh to mesh and act as an
+   !> densities, and symmetric structures keep symmetric meshes. Otherwise rounding would grow from mesh to mesh and act as an
    !> imperfection.
    elemental function in_whole_parts(demand) result(rounded)
       type(mesh_density_t), intent(in) :: demand

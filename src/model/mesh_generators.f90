@@ -16,12 +16,12 @@ module mesh_generators
 
    real(wp), parameter :: radius_tolerance = 1.0e-6_wp !! relative difference of the two radii of an arc
 
-   !> Nodes, elements and curves as the deck defines them, in arrays with spare room.
+   !> Nodes, elements and curves that the deck has defined so far. The arrays may be larger than their contents.
    type :: growing_mesh_t
-      type(mesh_t) :: mesh                   !! n_nodes and n_elements count; the arrays may be larger
+      type(mesh_t) :: mesh                   !! the mesh; n_nodes and n_elements are the numbers of entries in use
       type(curve_t), allocatable :: curve(:)
       integer :: n_curves = 0
-      integer :: node_room = 0, element_room = 0 !! lengths of the arrays
+      integer :: node_room = 0, element_room = 0 !! allocated lengths of the arrays of nodes and elements
    contains
       procedure :: add_node
       procedure :: add_element
@@ -31,23 +31,23 @@ module mesh_generators
 
 contains
 
-   !> The straight curve between two points.
+   !> The straight curve from one point to another.
    pure type(curve_t) function line_curve(first, last) result(curve)
-      real(wp), intent(in) :: first(2), last(2) !! its ends, not the same point
+      real(wp), intent(in) :: first(2), last(2) !! the two points, which must differ
       curve%origin = first
       curve%angle = atan2(last(2) - first(2), last(1) - first(1))
       curve%length = norm2(last - first)
    end function line_curve
 
-   !> The arc between two points about a centre.
+   !> The arc from one point to another about a centre.
    !>
-   !> A centre slightly off is moved along the chord so that the arc passes exactly through both points.
+   !> A centre that is slightly inaccurate is moved along the chord so that the arc passes exactly through both points.
    subroutine arc_curve(first, last, centre, anticlockwise, curve, error)
-      real(wp), intent(in) :: first(2), last(2)        !! its ends
-      real(wp), intent(in) :: centre(2)                !! at equal distance from both points, to 1e-6 of the radius
+      real(wp), intent(in) :: first(2), last(2)        !! the two ends of the arc
+      real(wp), intent(in) :: centre(2)                !! centre, at equal distance from both points to 1e-6 of the radius
       logical, intent(in) :: anticlockwise             !! true: the arc runs anticlockwise
-      type(curve_t), intent(out) :: curve              !! as declared on failure
-      type(error_t), allocatable, intent(out) :: error !! no such arc
+      type(curve_t), intent(out) :: curve              !! the arc; undefined on failure
+      type(error_t), allocatable, intent(out) :: error !! allocated: there is no such arc
       real(wp) :: chord(2), c(2), a(2), b(2), radius(2), sweep
       chord = last - first
       radius = [norm2(first - centre), norm2(last - centre)]
@@ -79,10 +79,10 @@ contains
       curve%length = sweep * norm2(a)
    end subroutine arc_curve
 
-   !> The closed circle through a point, anticlockwise.
+   !> The closed circle through a point, in the anticlockwise direction.
    pure type(curve_t) function ring_curve(point, centre) result(curve)
       real(wp), intent(in) :: point(2)  !! start and end of the circle
-      real(wp), intent(in) :: centre(2) !! not the same point
+      real(wp), intent(in) :: centre(2) !! centre of the circle, different from `point`
       real(wp) :: a(2)
       a = point - centre
       curve%origin = point
@@ -91,14 +91,14 @@ contains
       curve%length = 2 * pi * norm2(a)
    end function ring_curve
 
-   !> The arc of an ellipse between two points, or all of it from a point back to it.
+   !> The arc of an ellipse between two points, or the whole ellipse from one point back to it.
    subroutine ellipse_curve(first, last, centre, half, turn, anticlockwise, curve, error)
-      real(wp), intent(in) :: first(2), last(2)        !! its ends, on the ellipse to 1e-6 of its axes; equal: all of it
-      real(wp), intent(in) :: centre(2), half(2)       !! half axes, positive
-      real(wp), intent(in) :: turn                     !! [rad] direction of the first axis
+      real(wp), intent(in) :: first(2), last(2) !! ends of the arc, on the ellipse to 1e-6 of its axes; equal: the whole ellipse
+      real(wp), intent(in) :: centre(2), half(2)       !! centre; half axes, positive
+      real(wp), intent(in) :: turn                     !! direction of the first axis [rad]
       logical, intent(in) :: anticlockwise             !! true: the arc runs anticlockwise
-      type(curve_t), intent(out) :: curve              !! as declared on failure
-      type(error_t), allocatable, intent(out) :: error !! a point is not on the ellipse
+      type(curve_t), intent(out) :: curve              !! the arc; undefined on failure
+      type(error_t), allocatable, intent(out) :: error !! allocated: a point is not on the ellipse
       real(wp), allocatable :: at(:)
       real(wp) :: ends(2, 2), d(2), off
       integer :: i
@@ -114,15 +114,16 @@ contains
       call path_curve(ellipse_points(centre, half, turn, anticlockwise), .true., ends, curve, at)
    end subroutine ellipse_curve
 
-   !> The curve of a spline between two of its points, turned and scaled so that it passes exactly through both.
+   !> The curve of a spline between two of its points, rotated and scaled so that it passes exactly through both.
    subroutine path_curve(point, closed, node, curve, at)
-      real(wp), intent(in) :: point(:, :)              !! (2, points) of the spline; of a closed one the last is the first
+      real(wp), intent(in) :: point(:, :) !! (2, points) points of the spline; for a closed spline the last one equals the first
       logical, intent(in) :: closed
-      real(wp), intent(in) :: node(:, :)               !! (2, nodes) points on the spline in its sense, to small errors; the
-      !! first and the last are the ends; on a closed spline they may be equal: all of it
+      real(wp), intent(in) :: node(:, :) !! (2, nodes) points on the spline in its direction, with small errors. The first and the
+      !! last are the ends; on a closed spline they may be equal: the curve is then the whole spline
       type(curve_t), intent(out) :: curve
-      real(wp), allocatable, intent(out) :: at(:)      !! (nodes) their coordinates along the curve
-      real(wp), parameter :: here = 1.0e-9_wp          ! part of a closed spline: a point so little before the first one is there
+      real(wp), allocatable, intent(out) :: at(:)      !! (nodes) coordinates of the nodes along the curve
+      real(wp), parameter :: here = 1.0e-9_wp ! part of a closed spline: a point that lies before the first point by less counts as
+      ! the first point
       type(path_t) :: path
       type(track_t) :: foot
       real(wp) :: round, angle, chord(2), of(2)
@@ -160,11 +161,11 @@ contains
       curve%path = path
    end subroutine path_curve
 
-   !> Ends of n elements on a length; their lengths are a geometric series.
+   !> Ends of n elements on a given length; the lengths of the elements are a geometric series.
    pure function graded_division(length, n, grading) result(s)
-      real(wp), intent(in) :: length  !! of the curve
+      real(wp), intent(in) :: length  !! length of the curve
       integer, intent(in) :: n        !! number of elements, 1 or more
-      real(wp), intent(in) :: grading !! last element length over the first one, positive; 1 if n = 1
+      real(wp), intent(in) :: grading !! length of the last element over that of the first, positive; 1 if n = 1
       real(wp) :: s(0:n)
       real(wp) :: half_step
       integer :: i
@@ -181,11 +182,11 @@ contains
       s(n) = length
    end function graded_division
 
-   !> Appends a node.
+   !> Appends a node to the mesh.
    pure subroutine add_node(self, label, x)
       class(growing_mesh_t), intent(inout) :: self
-      integer, intent(in) :: label !! the deck's number
-      real(wp), intent(in) :: x(2) !! position
+      integer, intent(in) :: label !! number of the node in the deck
+      real(wp), intent(in) :: x(2) !! position (x, y)
       integer :: n
       n = self%mesh%n_nodes + 1
       self%mesh%n_nodes = n
@@ -197,15 +198,15 @@ contains
       self%mesh%x(:, n) = x
    end subroutine add_node
 
-   !> Appends an element.
+   !> Appends an element to the mesh.
    pure subroutine add_element(self, label, node, family, stages, curve, s, placed)
       class(growing_mesh_t), intent(inout) :: self
-      integer, intent(in) :: label          !! the deck's number
-      integer, intent(in) :: node(2)        !! indices of its nodes
-      integer, intent(in) :: family, stages !! as in mesh_t
-      integer, intent(in) :: curve          !! index of its curve, 0: straight between its nodes
-      real(wp), intent(in) :: s(2)          !! ends on the curve
-      logical, intent(in) :: placed         !! true: the deck leaves the number of elements open, as in mesh_t
+      integer, intent(in) :: label          !! number of the element in the deck
+      integer, intent(in) :: node(2)        !! indices of the element's nodes
+      integer, intent(in) :: family, stages !! family and number of Gauss points, see mesh_t
+      integer, intent(in) :: curve          !! index of the element's curve; 0: straight between its nodes
+      real(wp), intent(in) :: s(2)          !! coordinates of the element's ends on the curve
+      logical, intent(in) :: placed         !! true: the deck leaves the number of elements open, see mesh_t
       integer :: n
       associate (mesh => self%mesh)
          n = mesh%n_elements + 1
@@ -224,7 +225,7 @@ contains
       end associate
    end subroutine add_element
 
-   !> Appends a curve; its index is self%n_curves afterwards.
+   !> Appends a curve, whose index is then self%n_curves.
    pure subroutine add_curve(self, curve)
       class(growing_mesh_t), intent(inout) :: self
       type(curve_t), intent(in) :: curve
@@ -234,7 +235,7 @@ contains
       self%curve(self%n_curves) = curve
    end subroutine add_curve
 
-   !> Returns mesh and curves in arrays of their true size; sections are 0, x_nominal = x.
+   !> Returns mesh and curves in arrays of their true size; all sections are 0, and x_nominal is x.
    pure subroutine take(self, mesh, curve)
       class(growing_mesh_t), intent(in) :: self
       type(mesh_t), intent(out) :: mesh
@@ -248,8 +249,8 @@ contains
       if (self%n_curves > 0) curve = self%curve(:self%n_curves)
    end subroutine take
 
-   !> Gives the arrays of nodes another length. Where they grow it is doubled, so that the cost of appending an entry does not
-   !> depend on the size of the mesh.
+   !> Changes the length of the arrays of nodes. If they must grow, the length is doubled, so that the cost of appending an entry
+   !> does not depend on the size of the mesh.
    pure subroutine resize_nodes(mesh, n)
       type(mesh_t), intent(inout) :: mesh
       integer, intent(in) :: n
@@ -258,7 +259,7 @@ contains
       mesh%x = reshape(mesh%x, [2, n], pad=[0.0_wp])
    end subroutine resize_nodes
 
-   !> Gives the arrays of elements another length, as resize_nodes.
+   !> Changes the length of the arrays of elements, in the same way as resize_nodes.
    pure subroutine resize_elements(mesh, n)
       type(mesh_t), intent(inout) :: mesh
       integer, intent(in) :: n

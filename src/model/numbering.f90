@@ -8,18 +8,18 @@ module numbering
 
    !> Positions of the nodes in the band matrix.
    type :: numbering_t
-      integer, allocatable :: position(:)   !! (nodes) place of a node in the band, 1 ..
-      integer :: half_bandwidth = 0         !! of the matrix with three unknowns a node
+      integer, allocatable :: position(:)   !! (nodes) position of the node in the band matrix, from 1
+      integer :: half_bandwidth = 0         !! half bandwidth of the matrix with three unknowns for each node
    end type numbering_t
 
 contains
 
    !> Numbers the nodes of a mesh; unconnected parts follow each other. Supported nodes come late: elimination from the free end
-   !> towards the support has large pivots, while in the other direction the pivots fall with the cube of the length.
+   !> towards the support has large pivots, whereas in the opposite direction pivots decrease with the cube of the length.
    function new_numbering(mesh, supported, pair) result(numbering)
       type(mesh_t), intent(in) :: mesh
-      logical, intent(in) :: supported(:)    !! (nodes) true: supported
-      integer, intent(in) :: pair(:, :)      !! (2, pairs) nodes that share matrix entries besides those of elements
+      logical, intent(in) :: supported(:)    !! (nodes) true: the node is supported
+      integer, intent(in) :: pair(:, :) !! (2, pairs) nodes that share matrix entries, in addition to the two nodes of each element
       type(numbering_t) :: numbering
       integer, allocatable :: edge(:, :), start(:), neighbour(:), order(:), level(:)
       integer :: n, placed, node
@@ -48,7 +48,7 @@ contains
 
    !> Neighbour lists in compressed form: neighbour(start(i) : start(i + 1) - 1).
    subroutine build_adjacency(edge, n_nodes, start, neighbour)
-      integer, intent(in) :: edge(:, :)      ! (2, edges) pairs of neighbours
+      integer, intent(in) :: edge(:, :)      ! (2, edges) pairs of neighbouring nodes
       integer, intent(in) :: n_nodes
       integer, allocatable, intent(out) :: start(:), neighbour(:)
       integer, allocatable :: fill(:)
@@ -90,11 +90,11 @@ contains
       end do
    end function end_of_part
 
-   !> Breadth-first order from a root, nodes with few neighbours first.
+   !> Breadth-first order starting from a root; nodes with few neighbours come first.
    subroutine number_part(start, neighbour, root, level, order, placed)
       integer, intent(in) :: start(:), neighbour(:), root
-      integer, intent(inout) :: level(:)    !! (nodes) non-zero for nodes already placed
-      integer, intent(inout) :: order(:)    !! (nodes) nodes in their order
+      integer, intent(inout) :: level(:)    !! (nodes) not zero: the node has been placed
+      integer, intent(inout) :: order(:)    !! (nodes) nodes in their new order
       integer, intent(inout) :: placed      !! number of nodes placed
       integer :: head, first, i, j, node, next
       placed = placed + 1
@@ -109,7 +109,7 @@ contains
             if (level(next) /= 0) cycle
             level(next) = level(node) + 1
             placed = placed + 1
-            ! Insertion by degree among the new neighbours of this node.
+            ! Sorts the new neighbours of this node by their numbers of neighbours, by insertion.
             j = placed
             do while (j > first)
                if (degree(order(j - 1)) <= degree(next)) exit

@@ -1,4 +1,4 @@
-!> Position, direction, curvature and length of the stress-free axis: a line, an arc or a spline with its imperfection.
+!> Position, direction, curvature and length of the stress-free axis: a line, an arc or a spline, each with its imperfection.
 module reference_curve
    use kinds, only: wp, pi, parallel
    use ordered_knots, only: piece_at, shortest_piece
@@ -14,13 +14,13 @@ module reference_curve
 
 contains
 
-   !> The point at nominal coordinate s: position, tangent angle and true length per nominal length.
+   !> The point at nominal coordinate s: position, tangent angle, and derivative of the true length by the nominal length.
    pure subroutine curve_point(curve, imperfections, s, x, angle, speed)
       type(curve_t), intent(in) :: curve
       type(imperfection_t), intent(in) :: imperfections(:)
-      real(wp), intent(in) :: s         !! 0 to curve%length
+      real(wp), intent(in) :: s         !! nominal coordinate, 0 to curve%length
       real(wp), intent(out) :: x(2)     !! position
-      real(wp), intent(out) :: angle    !! tangent direction [rad], continuous in s
+      real(wp), intent(out) :: angle    !! tangent angle [rad], continuous in s
       real(wp), intent(out) :: speed    !! d(true arc length)/ds
       real(wp) :: half, chord, w, dw, across, along, bend(0:2), d(2), turn
       type(track_t) :: at
@@ -49,20 +49,20 @@ contains
       angle = angle + atan2(across, along)
    end subroutine curve_point
 
-   !> Curvature d(angle)/d(true arc length) at nominal coordinate s, positive when the curve turns anticlockwise.
+   !> Curvature d(angle)/d(true arc length) at nominal coordinate s, positive if the curve turns anticlockwise.
    pure subroutine curve_bend(curve, imperfections, s, bend, rate)
       type(curve_t), intent(in) :: curve
       type(imperfection_t), intent(in) :: imperfections(:)
-      real(wp), intent(in) :: s         !! 0 to curve%length
-      real(wp), intent(out) :: bend     !! [1/length]
-      real(wp), intent(out), optional :: rate !! its derivative by the true arc length
+      real(wp), intent(in) :: s         !! nominal coordinate, 0 to curve%length
+      real(wp), intent(out) :: bend     !! curvature [1/length]
+      real(wp), intent(out), optional :: rate !! derivative of the curvature by the true arc length [1/length^2]
       real(wp) :: w, dw, ddw, dddw, along, d_along, dd_along, square, turn, growth, perfect(0:2)
       perfect = nominal_bend(curve, s)
       bend = perfect(0)
       if (present(rate)) rate = perfect(1)
       if (curve%imperfection == 0) return
       call imperfection_value(imperfections(curve%imperfection), curve%offset + s, w, dw, ddw, dddw)
-      ! The axis turns by atan(dw / along) from the nominal direction.
+      ! The direction of the axis differs from the nominal direction by atan(dw / along).
       along = 1.0_wp - perfect(0) * w
       d_along = -perfect(0) * dw - perfect(1) * w
       square = along**2 + dw**2
@@ -70,7 +70,7 @@ contains
       bend = (perfect(0) + turn) / sqrt(square)
       if (.not. present(rate)) return
       dd_along = -perfect(0) * ddw - 2 * perfect(1) * dw - perfect(2) * w
-      growth = (along * d_along + dw * ddw) / square ! growth of the speed with s, over the speed
+      growth = (along * d_along + dw * ddw) / square ! derivative of the speed by s, over the speed
       rate = (perfect(1) + (along * dddw - dw * dd_along) / square - 2 * turn * growth - (perfect(0) + turn) * growth) / square
    end subroutine curve_bend
 
@@ -86,18 +86,18 @@ contains
       bend = [at%curvature, at%curvature_rate, at%curvature_second] / curve%path%scale**[1, 2, 3]
    end function nominal_bend
 
-   !> Length over which the curvature varies as a polynomial of low degree does, on a part of the curve.
+   !> Length over which the curvature varies like a polynomial of low degree, on a part of the curve.
    pure real(wp) function curve_scale(curve, imperfections, from, to) result(length)
       type(curve_t), intent(in) :: curve
       type(imperfection_t), intent(in) :: imperfections(:)
-      real(wp), intent(in) :: from, to  !! nominal coordinates of its ends
+      real(wp), intent(in) :: from, to  !! nominal coordinates of the ends of this part
       real(wp) :: ends(2)
       length = huge(length)
       if (allocated(curve%path)) then
          associate (path => curve%path, spline => curve%path%shape%curve)
             associate (knot => spline%start(:size(spline%piece) + 1))
                ends = path%start + [from, to] / path%scale
-               ! A closed spline goes on at its beginning.
+               ! A closed spline continues at its beginning.
                if (spline%closed) ends = [knot(1), knot(size(knot))]
                length = path%scale * shortest_piece(knot, ends(1), ends(2))
             end associate
@@ -113,13 +113,13 @@ contains
       is_straight = .not. (allocated(curve%path) .or. abs(curve%curvature) > 0.0_wp .or. curve%imperfection > 0)
    end function is_straight
 
-   !> Point of the spline of a path that lies s, in lengths of the nominal curve, behind its start, and the direction there,
-   !> continuous in s. Beyond an end the spline goes on straight, a closed one round after round.
+   !> Point of a path's spline at the distance s behind the path's start, measured along the nominal curve, and the direction of the
+   !> spline there, continuous in s. Beyond an end an open spline is continued by a straight line, a closed spline by further turns.
    pure subroutine path_point(path, s, at, angle)
       type(path_t), intent(in) :: path
       real(wp), intent(in) :: s
-      type(track_t), intent(out) :: at        !! in the axes of the spline
-      real(wp), intent(out) :: angle          !! [rad]
+      type(track_t), intent(out) :: at        !! the point, in the axes of the spline
+      real(wp), intent(out) :: angle          !! direction of the spline [rad]
       type(track_t) :: near
       real(wp) :: sigma, local
       integer :: n, rounds
@@ -131,7 +131,8 @@ contains
          local = sigma - rounds * curve%start(n + 1)
          near%piece = piece_at(curve%start(:n + 1), local) + rounds * n
          at = track_at(path%shape, 0.0_wp, sigma, near)
-         ! Pieces turn by far less than half a turn: the direction of the first point of this piece tells the number of turns.
+         ! Pieces turn by much less than half a turn: the direction at the first point of this piece determines the number of whole
+         ! turns.
          rounds = 0
          if (curve%closed) rounds = floor(real(at%piece - 1, wp) / n)
          angle = atan2(curve%tangent(2, 1), curve%tangent(1, 1)) + curve%turned(min(max(at%piece - rounds * n, 1), n + 1)) + &
@@ -140,9 +141,8 @@ contains
       end associate
    end subroutine path_point
 
-   !> Computes tables of the lengths along all curves for curve_length and curve_abscissa; to be called after every change of curves
-   !> or imperfections. One table serves all curves of an imperfection with the same curvature; an element may extend beyond its
-   !> curve.
+   !> Computes the length tables of all curves for curve_length and curve_abscissa. Must be called after every change of curves or
+   !> imperfections. Curves of one imperfection with the same curvature share a table; an element may extend beyond its curve.
    pure subroutine measure_curves(curve, imperfections)
       type(curve_t), intent(inout) :: curve(:)
       type(imperfection_t), intent(inout) :: imperfections(:)
@@ -168,12 +168,12 @@ contains
       type(imperfection_t), intent(in) :: imperfection
       type(curve_t), intent(in) :: curve
       type(length_table_t) :: table
-      integer, parameter :: halvings = 20       ! limit of refinement, reached at a cusp only
+      integer, parameter :: halvings = 20       ! largest number of halvings of a panel, reached only at a cusp
       real(wp) :: from, to, end, width, shortest, s(table_points), rate(table_points)
       integer :: k, i, pieces
       logical :: added
       table = new_length_table(merge(huge(from), curve%curvature, allocated(curve%path)))
-      ! A spline is smooth between its knots only: the panels of the table end at the knots.
+      ! A spline is smooth only between its knots: the panels of the table end at the knots.
       pieces = 1
       if (imperfection%shape == shape_nodal) pieces = size(imperfection%knot) - 1
       from = 0.0_wp
@@ -192,7 +192,7 @@ contains
                width = to - from
                from = to
                to = from + 2.0_wp * width
-               ! The last panel is not to be shorter than half of the others.
+               ! The last panel must not be shorter than half of the others.
                if (end - to < 0.5_wp * width) to = end
             else
                to = 0.5_wp * (from + to)
@@ -202,20 +202,21 @@ contains
       call close_table(table)
    end function measured
 
-   !> True length per nominal length, less one.
+   !> Derivative of the true length by the nominal length, minus one.
    pure real(wp) function excess_rate(imperfection, bend, s) result(rate)
       type(imperfection_t), intent(in) :: imperfection
-      real(wp), intent(in) :: bend(0:2)         !! of the nominal curve there
-      real(wp), intent(in) :: s                 !! along the chain
+      real(wp), intent(in) :: bend(0:2)         !! curvature of the nominal curve at s, and its first two derivatives
+      real(wp), intent(in) :: s                 !! coordinate along the chain
       real(wp) :: w, dw, more
       call imperfection_value(imperfection, s, w, dw)
       more = bend(0) * w * (bend(0) * w - 2.0_wp) + dw**2
       rate = more / (1.0_wp + sqrt(1.0_wp + more))
    end function excess_rate
 
-   !> Excess of the true length over the nominal coordinate, from a point common to all places, and its derivative there.
+   !> Excess of the true length over the nominal coordinate, measured from a point that is the same for all coordinates; and its
+   !> derivative.
    pure function curve_excess(curve, imperfections, s) result(excess)
-      type(curve_t), intent(in) :: curve        !! measured
+      type(curve_t), intent(in) :: curve        !! curve that measure_curves has measured
       type(imperfection_t), intent(in) :: imperfections(:)
       real(wp), intent(in) :: s
       real(wp) :: excess(2)
@@ -226,10 +227,10 @@ contains
 
    !> True length of the curve between two nominal coordinates.
    pure function curve_length(curve, imperfections, from, to, excess) result(length)
-      type(curve_t), intent(in) :: curve        !! measured
+      type(curve_t), intent(in) :: curve        !! curve that measure_curves has measured
       type(imperfection_t), intent(in) :: imperfections(:)
       real(wp), intent(in) :: from, to
-      real(wp), intent(in), optional :: excess(2) !! curve_excess at `from`, if known
+      real(wp), intent(in), optional :: excess(2) !! result of curve_excess at `from`, if known
       real(wp) :: length, before
       length = to - from
       if (curve%imperfection == 0) return
@@ -243,12 +244,12 @@ contains
       end associate
    end function curve_length
 
-   !> Nominal coordinate of the point that lies `length` of true arc length after `from` (Newton on curve_length).
+   !> Nominal coordinate of the point at a given true arc length after `from`, by Newton's method on curve_length.
    pure function curve_abscissa(curve, imperfections, from, length, excess) result(s)
-      type(curve_t), intent(in) :: curve        !! measured
+      type(curve_t), intent(in) :: curve        !! curve that measure_curves has measured
       type(imperfection_t), intent(in) :: imperfections(:)
       real(wp), intent(in) :: from, length
-      real(wp), intent(in), optional :: excess(2) !! curve_excess at `from`, if known
+      real(wp), intent(in), optional :: excess(2) !! result of curve_excess at `from`, if known
       real(wp) :: s, start(2), after, rate, step
       integer :: iteration
       s = from + length
@@ -264,18 +265,19 @@ contains
             call table_value(table, curve%offset + s, after, rate)
             step = ((length - (s - from)) - (after - start(1))) / (1.0_wp + rate)
             s = s + step
-            ! The error after this step is half its square times the derivative of the rate, which has changed by about this much.
+            ! After this step the error is half of the step's square times the derivative of the rate, which has changed by about
+            ! this much.
             if (step**2 * (abs(rate - start(2)) * abs(length) + abs(step)) <= 0.1_wp * epsilon(s) * abs(length)**3) exit
          end do
       end associate
    end function curve_abscissa
 
-   !> True if one curve continues another one from a common point: the same line or circle and the same imperfection, so that either
-   !> curve may be extended with the other's coordinates.
+   !> True if one curve continues another one from a common point: both have the same line or circle and the same imperfection, so
+   !> that either curve may be extended by the coordinates of the other.
    pure logical function curve_goes_on(first, at_first, second, at_second) result(goes_on)
       type(curve_t), intent(in) :: first, second
-      real(wp), intent(in) :: at_first, at_second  !! coordinate of the point on each curve
-      real(wp), parameter :: same = parallel       !! [rad], and relative
+      real(wp), intent(in) :: at_first, at_second  !! coordinate of the common point on each curve
+      real(wp), parameter :: same = parallel       !! tolerance: [rad], and relative
       real(wp) :: turn, span
       span = max(first%length, second%length)
       if (allocated(first%path) .or. allocated(second%path)) then

@@ -1,4 +1,4 @@
-!> The model of a deck on another mesh: nodes anywhere along its free rod segments, all other data as in the deck.
+!> The model of a deck on another mesh: nodes anywhere along its free rod segments; all other data are those of the deck.
 module remeshed_model
    use kinds, only: wp
    use model, only: model_t, curve_t, mesh_t, contact_t, imperfection_t
@@ -8,22 +8,23 @@ module remeshed_model
    private
    public :: division_t, new_remeshed_model
 
-   !> Positions of the nodes of a mesh on one rod segment.
+   !> Positions of a mesh's nodes on one rod segment.
    type :: division_t
       real(wp), allocatable :: at(:)   !! (elements + 1) coordinates along the segment, increasing, from 0 to its length
    end type division_t
 
 contains
 
-   !> Nodes: the segment boundaries in the deck's order, then the inner nodes segment by segment. Elements: segment by segment, in
-   !> order; each has curve, coordinates and label of the deck's element that contains its first end, and may extend beyond the
-   !> curve of that element. Node sets and monitors keep their segment boundaries only, contacts have all nodes of the segments that
-   !> they cover. Elements named by steps (limit curves, modes as imperfections) remain those of the deck.
+   !> Nodes: first the segment boundaries in the deck's order, then the inner nodes segment by segment. Elements: segment by
+   !> segment, in their order. Each element has the curve, the coordinates and the label of the deck's element that contains its
+   !> first end, and may extend beyond the curve of that element. Node sets and monitors keep only those of their nodes that are
+   !> segment boundaries; contacts have all nodes of the segments that they cover. Elements named by steps (limit curves, modes as
+   !> imperfections) remain those of the deck.
    function new_remeshed_model(deck, layout, division) result(model)
       type(model_t), intent(in) :: deck
-      type(layout_t), intent(in) :: layout       !! of the deck
-      type(division_t), intent(in) :: division(:) !! (rod segments) node positions; segments that are not free have all of the
-      !! deck's nodes
+      type(layout_t), intent(in) :: layout       !! layout of the deck's rods
+      type(division_t), intent(in) :: division(:) !! (rod segments) positions of the nodes; a segment that is not free has all nodes
+      !! of the deck
       type(model_t) :: model
       integer, allocatable :: mesh_node(:), deck_node(:), deck_element(:), first(:)
       integer :: i, k
@@ -71,7 +72,7 @@ contains
 
    contains
 
-      !> Nodes of the new mesh that correspond to a list of the deck's nodes; nodes of the deck that the mesh lacks are left out.
+      !> Nodes of the new mesh that correspond to nodes of the deck; nodes that the mesh lacks are left out.
       pure function there(node)
          integer, intent(in) :: node(:)
          integer, allocatable :: there(:)
@@ -85,9 +86,10 @@ contains
       type(layout_t), intent(in) :: layout
       type(division_t), intent(in) :: division(:)
       type(mesh_t), intent(out) :: mesh
-      integer, allocatable, intent(out) :: mesh_node(:)    !! (deck's nodes) new node of each segment boundary, 0: none
-      integer, allocatable, intent(out) :: first(:)        !! (rod segments) number of the node before its first inner node
-      integer, allocatable, intent(out) :: deck_element(:) !! (elements) deck's element that contains the first end
+      integer, allocatable, intent(out) :: mesh_node(:) !! (deck's nodes) new node if the deck's node is a segment boundary; else 0
+      integer, allocatable, intent(out) :: first(:) !! (rod segments) number of the node that precedes the segment's first inner
+      !! node
+      integer, allocatable, intent(out) :: deck_element(:) !! (elements) deck's element that contains the element's first end
       integer :: i, j, k, n, e, node
       allocate (mesh_node(deck%mesh%n_nodes), source=0)
       n = 0
@@ -178,14 +180,14 @@ contains
       end associate
    end subroutine place_node
 
-   !> Nodes of a contact: first the node at which a closed chain begins, next after the deck's first node; then segment by segment
-   !> in order; then single nodes in the deck's order.
+   !> Nodes of a contact: first the node at which a closed chain begins, which is the next one after the deck's first node; then the
+   !> nodes segment by segment in their order; then single nodes in the deck's order.
    function contact_nodes(deck, layout, division, contact, mesh_node, first) result(list)
       type(model_t), intent(in) :: deck
       type(layout_t), intent(in) :: layout
       type(division_t), intent(in) :: division(:)
-      type(contact_t), intent(in) :: contact      !! of the deck
-      integer, intent(in) :: mesh_node(:), first(:) !! as returned by lay_mesh
+      type(contact_t), intent(in) :: contact      !! contact in the deck
+      integer, intent(in) :: mesh_node(:), first(:) !! results of lay_mesh
       integer, allocatable :: list(:)
       logical :: member(deck%mesh%n_nodes), listed(deck%mesh%n_nodes), covered(size(division))
       integer :: i, j, n, start
@@ -196,7 +198,8 @@ contains
       n = count(layout%breakpoint(contact%node))
       if (.not. deck%obstacle(contact%obstacle)%at_nodes) then
          do j = 1, size(division)
-            ! Coverage ends at segment boundaries only, so the first element shows whether the contact covers a segment.
+            ! A contact ends at segment boundaries only: the first element of a segment shows whether the contact covers the
+            ! segment.
             covered(j) = all(member(deck%mesh%node(:, layout%rod_segment(j)%element(1))))
             if (covered(j)) n = n + size(division(j)%at) - 2
          end do
@@ -225,7 +228,7 @@ contains
 
    contains
 
-      !> The first node at or after a coordinate of segment j.
+      !> The first node of segment j at or behind a coordinate.
       subroutine begin(ends, at, from)
          integer, intent(in) :: ends(2)
          real(wp), intent(in) :: at(:), from
@@ -239,7 +242,7 @@ contains
          end if
       end subroutine begin
 
-      !> Adds a segment boundary, unless it is in the list.
+      !> Adds a segment boundary to the list, unless it is already in it.
       subroutine add(node)
          integer, intent(in) :: node
          if (listed(node) .or. mesh_node(node) == 0) return

@@ -1,8 +1,8 @@
-!> Rods of the deck's mesh, independent of the mesh that is used: rod segments between segment boundaries.
+!> Rods of the deck's mesh: rod segments between segment boundaries. They do not depend on the mesh with which the program computes.
 !>
-!> Along a rod segment section, element type, loads and obstacles are constant and the stress-free axis is smooth, so that nodes may
-!> be placed anywhere. Segment boundaries (`breakpoint`) are the deck's nodes at which one of these changes, or at which something
-!> acts on a point of the rod.
+!> Along a rod segment section, element type, loads and obstacles do not change and the stress-free axis is smooth: nodes may be
+!> placed anywhere. Segment boundaries (`breakpoint`) are those nodes of the deck at which one of these changes, or at which
+!> something acts on a point of the rod.
 module rod_layout
    use kinds, only: wp
    use ordered_knots, only: piece_at
@@ -13,34 +13,33 @@ module rod_layout
    private
    public :: layout_t, rod_segment_t, new_layout, segment_element, segment_place
 
-   real(wp), parameter :: same_length = 1.0e-9_wp !! smaller parts of a length are rounding of typed numbers
+   real(wp), parameter :: same_length = 1.0e-9_wp !! parts of a length below this are rounding of the numbers in a deck
 
    !> A rod between two segment boundaries.
    type :: rod_segment_t
-      integer :: node(2) = 0                  !! the deck's nodes at its ends, the same node for a closed segment
-      integer, allocatable :: element(:)      !! the deck's elements along the segment, in order and in its direction
-      real(wp), allocatable :: at(:)          !! (elements + 1) coordinates of the deck's nodes along the segment: nominal length
-      !! from 0
-      real(wp) :: length = 0.0_wp             !! last of these coordinates
-      logical :: free = .false.               !! true: nodes may be anywhere; false: the deck's nodes are kept
-      logical :: placed = .false.             !! true: the deck leaves its number of elements open
+      integer :: node(2) = 0 !! nodes of the deck at the ends of the segment; the same node twice for a closed segment
+      integer, allocatable :: element(:)      !! elements of the deck along the segment, in their order and direction
+      real(wp), allocatable :: at(:) !! (elements + 1) coordinates of the deck's nodes along the segment: nominal length from its
+      !! first node
+      real(wp) :: length = 0.0_wp             !! length of the segment: the last of these coordinates
+      logical :: free = .false.               !! true: nodes may be placed anywhere; false: the deck's nodes are used
+      logical :: placed = .false.             !! true: the deck leaves the number of elements open
    end type rod_segment_t
 
    !> All rod segments.
    type :: layout_t
       type(rod_segment_t), allocatable :: rod_segment(:)
-      integer, allocatable :: rod_segment_of(:)   !! (deck's elements) rod segment of each
-      real(wp), allocatable :: origin(:)      !! (deck's elements) coordinate along the segment minus the nominal coordinate of the
-      !! element
-      integer, allocatable :: node_rod_segment(:) !! (deck's nodes) a rod segment that contains the node, 0: none
+      integer, allocatable :: rod_segment_of(:)   !! (deck's elements) rod segment to which the element belongs
+      real(wp), allocatable :: origin(:) !! (deck's elements) coordinate along the segment minus nominal coordinate of the element
+      integer, allocatable :: node_rod_segment(:) !! (deck's nodes) a rod segment that contains the node; 0: none
       real(wp), allocatable :: node_at(:)     !! (deck's nodes) coordinate of the node along that segment
-      logical, allocatable :: breakpoint(:)   !! (deck's nodes) true: segment boundary
+      logical, allocatable :: breakpoint(:)   !! (deck's nodes) true: the node is a segment boundary
    end type layout_t
 
 contains
 
-   !> The layout of a deck's model. Segments are in the order of their first elements, closed chains without any segment boundary
-   !> last; these are cut at their first node.
+   !> The layout of a deck's model. Segments are in the order of their first elements; closed chains without a segment boundary come
+   !> last and are cut at their first node.
    function new_layout(model) result(layout)
       type(model_t), intent(in) :: model
       type(layout_t) :: layout
@@ -53,7 +52,7 @@ contains
          kept = elements_that_stay(model)
          allocate (layout%rod_segment_of(mesh%n_elements), layout%node_rod_segment(mesh%n_nodes), source=0)
          allocate (layout%origin(mesh%n_elements), layout%node_at(mesh%n_nodes), source=0.0_wp)
-         ! The number of elements would be an upper bound as well, but mostly far too large.
+         ! The number of elements would also be an upper bound of the list's length, but mostly far too large.
          allocate (rod_segment(count(layout%breakpoint(mesh%node(1, :))) + count(.not. layout%breakpoint)))
          n = 0
          do e = 1, mesh%n_elements
@@ -110,12 +109,12 @@ contains
       end subroutine follow
    end function new_layout
 
-   !> Determines the segment boundaries, and the two elements at each other node.
+   !> Determines the segment boundaries and, for every other node, the two elements at it.
    subroutine find_breakpoints(model, beside, breakpoint)
       type(model_t), intent(in) :: model
-      integer, allocatable, intent(out) :: beside(:, :)     !! (2, nodes) as in new_layout
-      logical, allocatable, intent(out) :: breakpoint(:)    !! (nodes) true: segment boundary
-      integer :: ends(2, model%mesh%n_nodes)                ! numbers of elements that end and begin at the node
+      integer, allocatable, intent(out) :: beside(:, :) !! (2, nodes) element that ends at the node, and element that begins there
+      logical, allocatable, intent(out) :: breakpoint(:)    !! (nodes) true: the node is a segment boundary
+      integer :: ends(2, model%mesh%n_nodes)                ! (2, nodes) number of elements that end, and that begin, at the node
       logical, allocatable :: member(:), covered(:)
       integer :: e, i, k
       associate (mesh => model%mesh)
@@ -155,7 +154,7 @@ contains
                      if (.not. all(covered(e))) then
                         breakpoint(node) = .true.
                      else if (allocated(contact%part)) then
-                        ! Forces are reported for each piece of a wall.
+                        ! The pieces of a wall are segment boundaries, because forces are reported for each piece.
                         if (obstacle_of(contact, mesh%node(:, e(1))) /= obstacle_of(contact, mesh%node(:, e(2)))) &
                            & breakpoint(node) = .true.
                      end if
@@ -181,10 +180,10 @@ contains
       joined = .false.
    end function joined
 
-   !> True if one element continues another one: all properties except the nodes are equal.
+   !> True if one element continues another one: they are equal in all properties except the nodes.
    pure logical function goes_on(model, a, b)
       type(model_t), intent(in) :: model
-      integer, intent(in) :: a, b             !! element that ends at a node, and element that begins there
+      integer, intent(in) :: a, b             !! element that ends at a node; element that begins there
       integer :: k
       associate (mesh => model%mesh)
          goes_on = min(mesh%curve(a), mesh%curve(b)) > 0 .and. mesh%family(a) == mesh%family(b) .and. &
@@ -205,8 +204,8 @@ contains
       end associate
    end function goes_on
 
-   !> Elements whose nodes are kept: all except GE elements of two or more stages on curves, and those at whose nodes forces act:
-   !> contact at nodes requested by the deck, and foundations that couple nodes.
+   !> Elements whose nodes are kept: all except GE elements of two or more stages on curves. Kept are also elements at whose nodes
+   !> forces act: contact at nodes that the deck requests, and foundations that couple nodes.
    function elements_that_stay(model) result(kept)
       type(model_t), intent(in) :: model
       logical, allocatable :: kept(:)         !! (elements) true: the nodes of the element are kept
@@ -227,20 +226,20 @@ contains
       end associate
    end function elements_that_stay
 
-   !> Index in a segment's list of the deck's element that contains a coordinate; at a node the element that begins there.
+   !> Index in a segment's list of the deck's element that contains a coordinate; at a node, of the element that begins there.
    pure integer function segment_element(rod_segment, at) result(k)
       type(rod_segment_t), intent(in) :: rod_segment
-      real(wp), intent(in) :: at              !! coordinate; beyond the ends the element at the end is returned
+      real(wp), intent(in) :: at              !! coordinate along the segment; beyond its ends the first or last element is returned
       k = piece_at(rod_segment%at, at)
    end function segment_element
 
-   !> Curve of the deck's element that contains a coordinate, and the nominal coordinate there.
+   !> Curve of the deck's element that contains a coordinate of a rod segment, and the nominal coordinate at this point.
    pure subroutine segment_place(model, layout, rod_segment, at, curve, s)
-      type(model_t), intent(in) :: model      !! of the deck
+      type(model_t), intent(in) :: model      !! model of the deck
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: rod_segment
-      real(wp), intent(in) :: at              !! 0 to the segment's length
-      integer, intent(out) :: curve           !! 0: the element is straight between its nodes
+      real(wp), intent(in) :: at              !! coordinate, 0 to the length of the segment
+      integer, intent(out) :: curve           !! index of the curve; 0: the element is straight between its nodes
       real(wp), intent(out) :: s
       integer :: e, k
       associate (rod => layout%rod_segment(rod_segment))

@@ -1,10 +1,10 @@
-!> Nodes whose unknowns determine those of tied nodes, with chains of ties resolved.
+!> Nodes whose unknowns determine those of tied nodes; chains of ties are resolved.
 !>
-!> A component that follows other nodes is no unknown of its own. Its forces act on the nodes that it follows, so these nodes are
-!> neighbours in the band, as the two ends of an element are.
+!> A tied component is not an unknown. Its forces act on the nodes to which it is tied; these nodes are therefore neighbours in the
+!> band, as the two ends of an element are.
 !>
-!> A node that may touch an obstacle carried by another node keeps its unknowns, and goes along with that node while they touch. The
-!> unknowns of nodes that carry obstacles are the border of the band.
+!> A node that may touch an obstacle carried by another node keeps its unknowns, and moves with that node while the two touch. The
+!> unknowns of nodes that carry obstacles form the border of the band matrix.
 module tie_pattern
    use model, only: mesh_t, tie_t, joint_spring_t
    implicit none
@@ -13,11 +13,11 @@ module tie_pattern
 
    !> The nodes that determine the displacements of each tied node.
    type :: tie_pattern_t
-      logical, allocatable :: tied(:, :)    !! (3, nodes) true for components that follow others
-      logical, allocatable :: follows(:)    !! (nodes) true: some component follows others
-      integer, allocatable :: first(:)      !! (nodes + 1) first position of each node's list in `of`
-      integer, allocatable :: of(:)         !! list of a node that follows others: the node itself and all nodes that it follows; of
-      !! a node that may touch carried obstacles: the nodes that carry them; other nodes have an empty list
+      logical, allocatable :: tied(:, :)    !! (3, nodes) true: the component is tied
+      logical, allocatable :: follows(:)    !! (nodes) true: at least one component of the node is tied
+      integer, allocatable :: first(:)      !! (nodes + 1) index in `of` of the first entry of each node
+      integer, allocatable :: of(:) !! nodes on which a node depends. For a tied node: the node itself and all nodes to which it is
+      !! tied; for a node that may touch carried obstacles: the nodes that carry these; for other nodes: none
       integer, allocatable :: carrier(:)    !! nodes that carry obstacles
    contains
       procedure :: has_blocks
@@ -25,24 +25,24 @@ module tie_pattern
 
 contains
 
-   !> True for a node whose displacements depend on the unknowns of other nodes.
+   !> True if the displacements of a node depend on the unknowns of other nodes.
    elemental logical function has_blocks(self, node)
       class(tie_pattern_t), intent(in) :: self
       integer, intent(in) :: node
       has_blocks = self%first(node + 1) > self%first(node)
    end function has_blocks
 
-   !> Pattern of ties that have been checked and ordered (see tie_t).
+   !> Pattern for ties that have been checked and ordered (see tie_t).
    function new_tie_pattern(tie, carrier, touching) result(pattern)
       type(tie_t), intent(in) :: tie(:)
       integer, intent(in) :: carrier(:)     !! nodes that carry obstacles
-      logical, intent(in) :: touching(:, :) !! (carrier, nodes) true: the node may touch an obstacle of this carrier; false for tied
-      !! nodes
+      logical, intent(in) :: touching(:, :) !! (carriers, nodes) true: the node may touch an obstacle of this carrier; false for
+      !! tied nodes
       type(tie_pattern_t) :: pattern
       type :: list_t
          integer, allocatable :: node(:)
       end type list_t
-      type(list_t), allocatable :: list(:)  ! (ties) list of the tied node, at the first tie of the node
+      type(list_t), allocatable :: list(:)  ! (ties) nodes on which the tied node depends, stored at the first tie of the node
       integer :: at(size(touching, 2)), i, k, n, n_nodes
       n_nodes = size(touching, 2)
       pattern%carrier = carrier
@@ -77,7 +77,7 @@ contains
 
    contains
 
-      !> Adds a node, or the nodes that it follows, to a list.
+      !> Adds to a list a node or, if it is tied, the nodes on which it depends.
       subroutine join(to, node)
          integer, intent(in) :: to, node
          integer, allocatable :: more(:)
@@ -90,12 +90,12 @@ contains
       end subroutine join
    end function new_tie_pattern
 
-   !> Pairs of nodes that are neighbours in the band in addition to those of the elements; without the nodes of its border.
+   !> Pairs of nodes that are neighbours in the band in addition to the two nodes of each element; nodes of the border are left out.
    function coupled_pairs(mesh, pattern, spring) result(pair)
       type(mesh_t), intent(in) :: mesh
       type(tie_pattern_t), intent(in) :: pattern
       type(joint_spring_t), intent(in) :: spring(:)
-      integer, allocatable :: pair(:, :)    !! (2, pairs)
+      integer, allocatable :: pair(:, :)    !! (2, pairs) the pairs
       integer :: i
       allocate (pair(2, 0))
       do i = 1, size(spring)
@@ -111,7 +111,7 @@ contains
 
    contains
 
-      !> The given nodes and all nodes that they follow.
+      !> The given nodes and all nodes on which they depend.
       function members(nodes) result(all_of)
          integer, intent(in) :: nodes(:)
          integer, allocatable :: all_of(:)
@@ -124,7 +124,7 @@ contains
          end do
       end function members
 
-      !> Couples every node of a group with every other one.
+      !> Makes every two nodes of a group neighbours in the band.
       subroutine couple(group)
          integer, intent(in) :: group(:)
          integer :: more(2, size(group)**2 / 2), a, b, n

@@ -1,4 +1,4 @@
-!> Conditions at a converged state besides the balance of forces, and the resultants stored with a state.
+!> Conditions at a converged state in addition to the balance of forces, and the resultants stored with a state.
 module converged_state
    use kinds, only: wp
    use rod_element, only: rod_element_t
@@ -15,13 +15,13 @@ module converged_state
    private
    public :: constraint_residual, contact_holds, keep_resultants, keep_couples
 
-   real(wp), parameter :: coarsest = 0.01_wp !! largest rotation of the hinge at a clamp, as a part of the rod's largest
-   !! rotation; no input deck changes from 0.001 to 0.1
+   real(wp), parameter :: coarsest = 0.01_wp !! largest rotation of the hinge that replaces a clamp, over the largest rotation of
+   !! the rod; with values from 0.001 to 0.1 every deck in input has the same results
 
 contains
 
-   !> Largest violation of supports and rigid contacts, over the structure's size, and of moments at touchdown points and forces at
-   !> interface points.
+   !> Largest violation of supports and rigid contacts, over the structure's size, and of the conditions on moments at touchdown
+   !> points and on forces at interface points.
    real(wp) function constraint_residual(problem, state, system, at) result(worst)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -31,7 +31,7 @@ contains
       integer :: m
       worst = 0.0_wp
       if (any(system%fixed)) worst = maxval(abs(system%value), mask=system%fixed) / problem%size
-      ! The remaining distance of a freely rolling rod from its prescribed position causes no force.
+      ! If a freely rolling rod is not yet at its prescribed position, this causes no force.
       if (system%roll_at > 0) worst = max(worst, abs(system%roll_by) / problem%size)
       if (any(state%active .and. .not. system%soft .and. system%unknown == 0 .and. problem%candidates%contact_span == 0)) &
          & worst = huge(1.0_wp)
@@ -47,8 +47,8 @@ contains
       allocate (at(problem%candidates%n))
       call misfit(problem, state, at, moment)
       worst = max(worst, moment / (problem%size * max(system%force_scale, tiny(worst))))
-      ! The tangent treats a clamp beside a free span in neutral equilibrium as a hinge. If touchdown points are prescribed, this
-      ! hinge may turn; otherwise it turns by the mesh error only.
+      ! The tangent has a hinge instead of a clamp beside a free span in neutral equilibrium. If touchdown points are prescribed,
+      ! this hinge may rotate; otherwise it rotates by the mesh error only.
       if (size(problem%hinge) > 0 .and. .not. any(problem%candidates%held)) worst = max(worst, problem%model%step(problem%step)% &
          & tolerance * maxval(abs(state%u(3, problem%hinge))) / max(coarsest * maxval(abs(state%u(3, :))), tiny(worst)))
    end function constraint_residual
@@ -76,8 +76,8 @@ contains
       end do
    end function contact_holds
 
-   !> Stores reactions and couples from equilibrium, the element forces, and the elements on which a foundation exerts pressure, at
-   !> a converged state.
+   !> At a converged state, stores reactions and couples from equilibrium, the element forces, and the elements on which a
+   !> foundation exerts pressure.
    subroutine keep_resultants(problem, system, state)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -104,10 +104,10 @@ contains
       end do
    end subroutine keep_resultants
 
-   !> Stores the couples of the obstacles on nodes that have the direction of an obstacle's track.
+   !> Stores the couples that obstacles exert on nodes whose direction is that of an obstacle's track.
    subroutine keep_couples(problem, system, state)
       type(problem_t), intent(in) :: problem
-      type(system_t), intent(in) :: system       !! assembled at the state
+      type(system_t), intent(in) :: system       !! assembled at `state`
       type(state_t), intent(inout) :: state
       integer :: c
       do c = 1, problem%candidates%n

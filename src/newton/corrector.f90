@@ -1,4 +1,5 @@
-!> Makes one increment: predictor and Newton iterations from a converged point to the next, with contact at nodes by an LCP.
+!> Makes one increment: predictor and Newton iterations from a converged point to the next one. Contact at nodes is solved by an
+!> LCP.
 module corrector
    use kinds, only: wp
    use problem, only: problem_t
@@ -15,7 +16,7 @@ module corrector
    private
    public :: increment_t, take_increment, correct
 
-   integer, parameter :: max_contact_loops = 12 !! outer loops of the scheme of Silveira & Goncalves (2001)
+   integer, parameter :: max_contact_loops = 12 !! largest number of outer loops in the scheme of Silveira & Goncalves (2001)
 
 contains
 
@@ -26,9 +27,10 @@ contains
       type(state_t), intent(in) :: start
       type(control_t), intent(in) :: control
       type(state_t), intent(inout) :: state
-      type(system_t), intent(inout) :: system    !! assembled and factored at `start` on entry
+      type(system_t), intent(inout) :: system    !! in: assembled and factored at `start`
       type(increment_t), intent(out) :: report
-      logical, intent(in), optional :: keep_contact !! true: contact set of `start`, for any signs of gaps and reactions
+      logical, intent(in), optional :: keep_contact !! true: the contact set of `start` is kept, whatever the signs of gaps and
+      !! reactions
       type(contact_step_t) :: step
       integer :: loop
       real(wp) :: rhs
@@ -43,7 +45,7 @@ contains
             & problem%model%step(problem%step)%tangent_updates, report)
          return
       end if
-      ! Fig. 2 of Silveira & Goncalves (2001): LCP at the predictor, equilibrium with the set frozen, comparison, repetition.
+      ! Fig. 2 of Silveira & Goncalves (2001): LCP at the predictor, equilibrium with the contact set fixed, comparison, repetition.
       do loop = 1, max_contact_loops
          call solve_step(problem, state, system, rhs, .false., step, report)
          if (allocated(report%message)) return
@@ -63,19 +65,19 @@ contains
       report%message = 'the contact set did not settle in the outer loop'
    end subroutine take_increment
 
-   !> Corrects a predictor to equilibrium at the control's increment from `base`, by Newton's method with a new tangent in each
-   !> iteration.
+   !> Corrects a predictor to equilibrium at the distance of the control's increment from `base`, by Newton's method with a new
+   !> tangent in each iteration.
    subroutine correct(problem, base, control, keep_contact, state, system, report, far_off, again)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: base          !! converged state, or the predictor itself
-      type(control_t), intent(in) :: control     !! its tangent is set if its method needs one
-      logical, intent(in) :: keep_contact        !! contact set of `state`, for any signs of gaps and reactions
+      type(state_t), intent(in) :: base !! state from which the increment is measured: a converged state, or the predictor itself
+      type(control_t), intent(in) :: control     !! control; its tangent must be set if its method uses the tangent
+      logical, intent(in) :: keep_contact !! true: the contact set of `state` is kept, whatever the signs of gaps and reactions
       type(state_t), intent(inout) :: state
       type(system_t), intent(inout) :: system
       type(increment_t), intent(out) :: report
-      logical, intent(in), optional :: far_off   !! true: touchdown points may be far from their positions
-      logical, intent(in), optional :: again     !! true: at least one iteration, even if the residual is small: the predictor
-      !! may be close but not accurate
+      logical, intent(in), optional :: far_off   !! true: touchdown points may be far from their final positions
+      logical, intent(in), optional :: again !! true: at least one iteration is made, even if the residual is small, because the
+      !! predictor may be close but inaccurate
       real(wp) :: rhs
       logical :: more
       type(state_t) :: origin

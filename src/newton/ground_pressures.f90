@@ -1,8 +1,8 @@
-!> Pressures of foundations too stiff for pressures computed from displacements.
+!> Stored pressures of foundations that are too stiff for pressures computed from displacements.
 !>
-!> A pressure computed from the gap has the rounding error of the displacements times the stiffness. Newton's equations give the
-!> change of each pressure with the rounding error of the increment only. Each pressure is therefore stored and updated with the
-!> state, as in mixed formulations, as long as it agrees with its gap up to rounding.
+!> A pressure computed from the gap has the rounding error of the displacements times the stiffness. From Newton's equations the
+!> change of each pressure follows with the rounding error of the increment only. Each pressure is therefore stored and updated with
+!> the state, as in mixed formulations, as long as it agrees with its gap up to rounding.
 module ground_pressures
    use kinds, only: wp
    use problem, only: problem_t
@@ -20,11 +20,11 @@ module ground_pressures
 
 contains
 
-   !> Updates the pressures after a Newton step.
+   !> Updates the stored pressures after a Newton step.
    subroutine advance_pressures(problem, system, x, y, before, after)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system          !! assembled at `before`
-      real(wp), intent(in) :: x(:), y               !! the step, as solve_bordered returns it
+      real(wp), intent(in) :: x(:), y               !! unknowns and load factor of the step, as returned by solve_bordered
       type(state_t), intent(in) :: before
       type(state_t), intent(inout) :: after
       type(inner_forces_t) :: list

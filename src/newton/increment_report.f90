@@ -5,25 +5,25 @@ module increment_report
    private
    public :: increment_t, effort_of
 
-   !> Report of an increment.
+   !> Result of the correction to the end of an increment, and its cost.
    type :: increment_t
       logical :: converged = .false.
       integer :: iterations = 0
-      real(wp) :: effort = 0.0_wp              !! fractional iteration count, see effort_of
+      real(wp) :: effort = 0.0_wp              !! fractional number of iterations, see effort_of
       real(wp) :: residual = 0.0_wp
-      integer :: lcp_size = 0, lcp_pivots = 0    !! largest LCP, and pivots of all LCPs
-      character(:), allocatable :: message     !! reason of the failure; not allocated: none
-      logical :: hopeless = .false.            !! a shorter increment fails, too: to first order its equations are the same
+      integer :: lcp_size = 0, lcp_pivots = 0    !! size of the largest LCP; number of pivots of all LCPs
+      character(:), allocatable :: message     !! reason of the failure; not allocated: no failure
+      logical :: hopeless = .false. !! true: a shorter increment fails, too, because to first order its equations are the same
    end type increment_t
 
 contains
 
-   !> Fractional number of iterations until the corrections are small, interpolated in the logarithm of the corrections between the
-   !> last that is not small and the next. A correction is small if it is below the square root of the tolerance, because the next
-   !> one is about its square. The largest component measures a correction, independently of the mesh.
+   !> Fractional number of iterations until the corrections are small, interpolated in the logarithm between the last correction
+   !> that is not small and the next. A correction is small if it is below the square root of the tolerance, because the next one is
+   !> about its square. A correction is measured by its largest component, independently of the mesh.
    pure real(wp) function effort_of(corrections, small) result(effort)
-      real(wp), intent(in) :: corrections(:)   !! sizes of the steps in order; huge where only the contact set changed
-      real(wp), intent(in) :: small            !! size of a correction that needs no further one
+      real(wp), intent(in) :: corrections(:)   !! sizes of the steps in their order; huge where only the contact set changed
+      real(wp), intent(in) :: small            !! size of a correction after which no further one is needed
       real(wp) :: next
       integer :: last                          ! index of the last correction that is not small
       last = findloc(corrections > small, .true., dim=1, back=.true.)
@@ -34,7 +34,7 @@ contains
          if (last < size(corrections)) then
             next = corrections(last + 1)
          else if (last > 1) then
-            ! Extrapolated: Newton's method squares the ratio of corrections.
+            ! Extrapolated by the quadratic convergence of Newton's method, which squares the ratio of corrections.
             next = c * (min(c, corrections(last - 1)) / max(corrections(last - 1), tiny(c)))**2
          end if
          if (next < small) effort = last + (log(c) - log(small)) / (log(c) - log(max(next, tiny(next))))

@@ -8,14 +8,14 @@ module newton_iteration
    use rod_state, only: state_t, unknown_push
    use linear_system, only: system_t, assemble
    use bordered_system, only: factor_system, apply_increment
-   use path_control, only: control_t, control_row, control_error, held_within, is_arc_length, metric, follow_nodes
+   use path_control, only: control_t, control_row, control_error, constraint_tolerance, is_arc_length, metric, follow_nodes
    use state_transfer, only: kept_t
    use contact_set, only: contact_step_t, solve_contact_step
    use foundation_limits, only: why_too_stiff
    use step_search, only: shorten_step, step_work
    use touchdown_points, only: touchdown_t, move_touchdown_points
    use force_law, only: segment_unknown
-   use ground_segments, only: segments_hold, settle_found
+   use ground_segments, only: segments_hold, assign_found_segments
    use ground_pressures, only: advance_pressures
    use increment_report, only: increment_t, effort_of
    use converged_state, only: constraint_residual, contact_holds, keep_resultants
@@ -24,62 +24,65 @@ module newton_iteration
    private
    public :: iterate, solve_step, move
 
-   real(wp), parameter :: large_correction = 1.0e-4_wp  !! largest correction after which no other one is needed, as a part of the
-   !! increment
+   real(wp), parameter :: large_correction = 1.0e-4_wp !! largest correction, as a part of the increment, after which no further
+   !! correction is needed
 
    !> Data passed from one iteration to the next.
    type :: newton_t
-      ! Requirements.
-      logical :: frozen = .false.              !! the contact set is constant
-      integer :: tangent_updates = huge(1)     !! number of first iterations that are followed by a new tangent
-      integer :: most = 0                      !! iterations allowed while foundations do not change their contact
+      ! Requirements:
+      logical :: frozen = .false.              !! true: the contact set is not changed
+      integer :: tangent_updates = huge(1)     !! number of iterations, from the first, after which the tangent is factored anew
+      integer :: most = 0                      !! number of iterations allowed while foundations do not change their contact
       real(wp) :: tolerance = 0.0_wp           !! largest residual allowed
-      real(wp) :: sharper = 1.0_wp             !! part of the tolerance that the residual is to reach, if it still falls
-      real(wp) :: large = large_correction     !! part of the increment: a correction above requires another one
-      real(wp) :: at_length = 0.0_wp           !! largest violation of the constraint that is allowed, relative to the increment
-      ! Start and control, transferred to the iterate's nodes.
+      real(wp) :: sharper = 1.0_wp !! part of the tolerance to which the residual is reduced, as long as it still decreases
+      real(wp) :: large = large_correction !! size of a correction, as a part of the increment, above which another one is required
+      real(wp) :: at_length = 0.0_wp           !! largest violation of the constraint that is allowed, over the increment
+      ! Start and control, transferred to the nodes of the iterate:
       type(state_t) :: origin
       type(control_t) :: control
-      type(kept_t), allocatable :: kept(:)     !! (elements) data of the start; (1) if no node moves
-      ! The last step.
-      integer :: number = 0                    !! number of the iteration
+      type(kept_t), allocatable :: kept(:)     !! (elements) data of the start; size 1 if no node moves
+      ! The last step:
+      integer :: number = 0                    !! number of the present iteration
       type(contact_step_t) :: step
-      real(wp) :: gone = 0.0_wp                !! largest movement of a touchdown point, over the length of a span beside the point
-      real(wp) :: correction = 0.0_wp          !! squared metric of the correction, on that step's nodes
-      real(wp) :: largest = 0.0_wp             !! largest translation of a node; huge if only the contact set changed
-      real(wp) :: forces_left = 0.0_wp         !! residual of forces and elements from which the next step starts
+      real(wp) :: gone = 0.0_wp !! largest movement of a touchdown point in the step, over the length of a span beside it
+      real(wp) :: correction = 0.0_wp          !! squared size of the correction in the path metric, at the nodes of this step
+      real(wp) :: largest = 0.0_wp             !! largest translation of a node in the step; huge if only the contact set changed
+      real(wp) :: forces_left = 0.0_wp         !! residual of forces and elements at the start of the next step
       real(wp) :: last_residual = 0.0_wp       !! residual before the step
-      type(touchdown_t), allocatable :: touchdown(:) !! (candidates) conditions at the iterate, if known
+      type(touchdown_t), allocatable :: touchdown(:) !! (candidates) conditions at touchdown points of the iterate; not allocated:
+      !! unknown
       logical :: refactor = .false.            !! true: the tangent must be factored anew
-      ! History.
+      ! History:
       real(wp), allocatable :: corrections(:)  !! largest translation of a node in each iteration
-      real(wp) :: best = huge(1.0_wp)          !! smallest residual
-      integer :: last_change = 0, last_progress = 0 !! iteration of the last contact change, and of the last smaller residual
-      integer :: same_tangent = 0              !! iterations with the present tangent
+      real(wp) :: best = huge(1.0_wp)          !! smallest residual so far
+      integer :: last_change = 0, last_progress = 0 !! iteration with the last contact change; iteration with the last smaller
+      !! residual
+      integer :: same_tangent = 0              !! number of iterations with the present tangent
       real(wp) :: second_order = huge(1.0_wp)  !! forces due to the strains rotation^2/2 of the first step, over the force scale
-      ! Contact that moves.
-      logical :: searching = .false.           !! foundation elements determine their contact themselves
-      logical :: told_again = .false.          !! segments of such elements were determined again at convergence
-      logical :: seeking = .false.             !! touchdown points may be far from their final positions
-      logical :: blamed = .false.              !! the message of the failure names foundations that are too stiff
+      ! Contact that changes during the iteration:
+      logical :: searching = .false.           !! true: foundation elements determine their contact themselves
+      logical :: reassigned = .false.          !! true: the law's segments of such elements were determined again at convergence
+      logical :: seeking = .false.             !! true: touchdown points may be far from their final positions
+      logical :: blamed = .false.              !! true: the message about the failure names foundations that are too stiff
    end type newton_t
 
-   integer, parameter :: settling_grip = 20     !! factor on the allowed iterations as long as foundations change their contact; no
-   !! input deck changes from 10 to 40
-   real(wp), parameter :: far = 0.01_wp         !! part of a span: a touchdown point that moves by more has not reached its position
-   integer, parameter :: stalled = 4            !! factor on the allowed iterations without a smaller residual: the iteration
-   !! cycles; no input deck changes from 2 to 8
-   real(wp), parameter :: far_worse = 10.0_wp   !! a step that raises the residual by this factor may be far too long; no input deck
-   !! changes up to 100, two change at 1
-   real(wp), parameter :: far_from_balance = 0.1_wp !! lower bound of the residual before the step in the comparison by `far_worse`
-   integer, parameter :: settling_iterations = 5  !! up to this number of iterations the last correction must be small as well as
-   !! the residual
-   real(wp), parameter :: of_root = 0.3_wp  !! largest last correction / root of the tolerated error: the remainder, its square, is
-   !! a tenth of that error
-   real(wp), parameter :: noticed = 0.1_wp  !! rounding error of forces / tolerance above which pressures are stored
+   integer, parameter :: settling_grip = 20 !! factor on the number of allowed iterations while foundations change their contact;
+   !! with values from 10 to 40 every deck in input has the same results
+   real(wp), parameter :: far = 0.01_wp !! movement of a touchdown point in one iteration, over the length of a span, above which it
+   !! is still far from its final position
+   integer, parameter :: stalled = 4 !! number of iterations without a smaller residual, over the number of allowed iterations,
+   !! after which the iteration counts as cycling; with values from 2 to 8 every deck in input has the same results
+   real(wp), parameter :: far_worse = 10.0_wp !! factor on the residual above which the step may have been far too long; with values
+   !! up to 100 every deck in input has the same results; at 1 two have others
+   real(wp), parameter :: far_from_balance = 0.1_wp !! smallest residual before the step to which the factor far_worse is applied
+   integer, parameter :: settling_iterations = 5 !! number of the iteration up to which both the last correction and the residual
+   !! must be small
+   real(wp), parameter :: of_root = 0.3_wp !! largest last correction, over the square root of the tolerated error: the remainder,
+   !! the square of the correction, is then a tenth of this error
+   real(wp), parameter :: noticed = 0.1_wp !! rounding error of forces, over the tolerance, above which pressures are stored
    !! (ground_pressures)
-   ! Negligible forces due to the second-order strains rotation^2/2, over the force scale. Below this bound a step from a
-   ! stress-free start on a foundation has no scale of its own. No input deck changes from 0.001 to 0.1.
+   ! Largest negligible forces due to the second-order strains rotation^2/2, over the force scale. Up to this value a step from a
+   ! stress-free start on a foundation gives no scale. With values from 0.001 to 0.1. every deck in input has the same results
    real(wp), parameter :: negligible = 0.01_wp
 
 contains
@@ -88,14 +91,14 @@ contains
    subroutine iterate(problem, start, given, state, system, first_rhs, frozen, tangent_updates, report, far_off)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
-      type(control_t), intent(in) :: given     !! control of the increment, at the nodes of the start
+      type(control_t), intent(in) :: given     !! control of the increment, at the nodes of `start`
       type(state_t), intent(inout) :: state
       type(system_t), intent(inout) :: system
-      real(wp), intent(in) :: first_rhs        !! right-hand side of the constraint in the first step
-      logical, intent(in) :: frozen            !! the contact set is constant
-      integer, intent(in) :: tangent_updates   !! number of first iterations that are followed by a new tangent
+      real(wp), intent(in) :: first_rhs        !! right-hand side of the constraint row in the first step
+      logical, intent(in) :: frozen            !! true: the contact set is not changed
+      integer, intent(in) :: tangent_updates   !! number of iterations, from the first, after which the tangent is factored anew
       type(increment_t), intent(inout) :: report
-      logical, intent(in), optional :: far_off !! touchdown points may be far from their positions
+      logical, intent(in), optional :: far_off !! true: touchdown points may be far from their final positions
       type(newton_t) :: newton
       real(wp) :: rhs
       integer :: iteration
@@ -104,7 +107,7 @@ contains
       newton%tangent_updates = tangent_updates
       if (present(far_off)) newton%seeking = far_off
       rhs = first_rhs
-      ! Foundations may change their contact during the iteration; the iteration limit counts from the last change.
+      ! While foundations change their contact during the iteration, the iteration limit counts from the last change.
       do iteration = 1, settling_grip * newton%most
          newton%number = iteration
          if (iteration > min(newton%last_change, newton%last_progress + (stalled - 1) * newton%most) + newton%most) exit
@@ -130,29 +133,30 @@ contains
 
    contains
 
-      !> Sets the requirements at the end of the increment, before the first step.
+      !> Sets the requirements that must be satisfied at the end of the increment.
       subroutine begin()
          associate (step => problem%model%step(problem%step))
             newton%tolerance = step%tolerance
             newton%sharper = step%sharper
             if (.not. step%tolerance_given) newton%large = max(newton%large, of_root * sqrt(min(step%asked, step%asked_of_path)))
             newton%most = step%max_iterations
-            newton%at_length = held_within(step)
+            newton%at_length = constraint_tolerance(step)
          end associate
-         ! While nodes move along the rod the arc length is uncertain, and its exact value is irrelevant, like that of the relative
-         ! curvature.
+         ! While nodes move along the rod, the arc length is uncertain. Its exact value has no importance, nor has that of the
+         ! relative curvature.
          if ((problem%moves_nodes() .and. is_arc_length(given%method) .and. .not. given%whole > 0.0_wp) .or. given%flat > 0) &
             & newton%at_length = large_correction
          newton%origin = start
          newton%control = given
          allocate (newton%kept(merge(problem%model%mesh%n_elements, 1, problem%moves_nodes())))
          newton%searching = any(searches(problem, state))
-         newton%told_again = size(problem%mark) == 0
+         newton%reassigned = size(problem%mark) == 0
          allocate (newton%corrections(0))
       end subroutine begin
    end subroutine iterate
 
-   !> Adds the solved step to the state and assembles there. If the step only changed the contact set, it contains no displacements.
+   !> Adds the solved step to the state and assembles the equations there. If only the contact set changed, the step has no
+   !> displacements.
    subroutine follow_step(problem, start, given, state, system, newton, report)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
@@ -185,7 +189,7 @@ contains
 
    contains
 
-      !> Adds the solved step, shortened if foundations make it far too long, then moves the touchdown points.
+      !> Adds the solved step, shortened if foundations made it far too long, and then moves the touchdown points.
       subroutine take_step()
          type(state_t) :: from
          real(wp) :: work
@@ -198,7 +202,8 @@ contains
             if (system%gap_noise > noticed * newton%tolerance) call advance_pressures(problem, system, step%x, step%y, from, state)
             assembled = newton%searching
             if (newton%searching) then
-               ! The work along a step belongs to the equations that were solved, before touchdown points move.
+               ! The work along a step is computed before touchdown points move, because it belongs to the equations that were
+               ! solved.
                call assemble(problem, state, newton%origin, system)
                if (.not. system%ok) return
                if (max(system%force_residual, system%defect_residual) > far_worse * max(newton%forces_left, far_from_balance)) &
@@ -210,12 +215,12 @@ contains
          if (problem%moves_nodes()) then
             call move_touchdown_points(problem, from, state, newton%gone, newton%touchdown)
             if (.not. newton%searching) then
-               ! An interface point may have met a touchdown point.
+               ! If an interface point has met a touchdown point, the mesh is no longer valid.
                newton%searching = any(searches(problem, state))
                if (newton%searching) call begin_search(newton)
             end if
-            ! Touchdown points far from their positions move by about a tenth of a span in each iteration while the span is much too
-            ! long: its moment falls with the square of its length. The iteration limit counts from the last such movement.
+            ! If a span is much too long, its touchdown point moves by about a tenth of it in each iteration: the moment of the span
+            ! decreases with the square of its length. The iteration limit counts from the last such movement.
             if (newton%seeking .and. newton%gone > far) newton%last_change = newton%number
             call follow_nodes(problem, start, given, state, newton%kept, newton%origin, newton%control)
             assembled = .false.
@@ -242,8 +247,8 @@ contains
       end if
    end subroutine measure
 
-   !> True if residual, last correction and constraint are small enough. A residual below the tolerance that no longer falls is
-   !> accepted, even if a smaller residual was requested.
+   !> True if residual, last correction and constraint violation are small enough. A residual below the tolerance that no longer
+   !> decreases is accepted, even if a smaller one was required.
    logical function is_small(problem, state, system, newton, report) result(small)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -251,19 +256,19 @@ contains
       type(newton_t), intent(in) :: newton
       type(increment_t), intent(in) :: report
       real(wp) :: travelled
-      ! A small residual after a large correction is accidental, or the structure is soft: the next correction still moves the
-      ! point.
+      ! If the residual is small after a large correction, this is accidental, or the structure is soft: the next correction still
+      ! moves the point.
       travelled = metric(problem, state%u - newton%origin%u, state%u - newton%origin%u)
       small = newton%correction <= (newton%large**2) * travelled .or. report%residual <= 1.0e-3_wp * newton%tolerance
-      ! In a span of almost zero length all forces are small, so that they do not show the position of the touchdown point.
+      ! In a span of almost zero length all forces are small and do not determine the position of the touchdown point.
       small = .not. newton%step%flipped .and. (small .or. newton%number > settling_iterations) .and. newton%gone <= far .and. &
          & (report%residual <= max(newton%sharper * newton%tolerance, system%round_off) .or. (newton%number > 1 .and. &
          & report%residual <= newton%tolerance .and. report%residual > 0.1_wp * newton%last_residual))
       if (small) small = control_error(problem, newton%control, newton%origin, state) <= newton%at_length
    end function is_small
 
-   !> Completes the increment if contact satisfies its sign conditions and foundations their segments; otherwise the iteration
-   !> continues with other equations.
+   !> Completes the increment if contact satisfies its sign conditions and the foundation elements agree with their segments of the
+   !> law; otherwise the iteration continues with changed equations.
    subroutine finish(problem, state, system, newton, report)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(inout) :: state
@@ -273,13 +278,13 @@ contains
       logical, allocatable :: given_up(:)
       logical :: settled
       call segments_hold(problem, state, settled, carried=.false.)
-      if (settled .and. .not. newton%told_again .and. any(searches(problem, state))) then
-         ! Elements that detect their contact themselves may be in one segment of the law as a whole at the converged state.
+      if (settled .and. .not. newton%reassigned .and. any(searches(problem, state))) then
+         ! At the converged state an element that determined its contact itself may lie in a single segment of the law.
          given_up = searches(problem, state)
-         call settle_found(problem, state)
+         call assign_found_segments(problem, state)
          if (allocated(newton%touchdown)) deallocate (newton%touchdown)
          settled = all(searches(problem, state) .eqv. given_up)
-         newton%told_again = .true.
+         newton%reassigned = .true.
       end if
       newton%refactor = .true.
       if (.not. settled) then
@@ -300,8 +305,8 @@ contains
          & max(sqrt(newton%tolerance) * largest_move(newton%origin, state), rounding_gap(problem)))
    end subroutine finish
 
-   !> Restarts the iteration limit and the smallest residual when foundation elements begin to detect their contact: their equations
-   !> are different.
+   !> Restarts the iteration limit and the record of the smallest residual when foundation elements begin to determine their contact
+   !> themselves, because the equations are then different.
    pure subroutine begin_search(newton)
       type(newton_t), intent(inout) :: newton
       newton%last_change = newton%number
@@ -322,8 +327,9 @@ contains
       end if
       if (report%residual < newton%best) newton%last_progress = newton%number
       newton%best = min(newton%best, report%residual)
-      ! A moving end of foundation contact changes the tangent. The old tangent is kept as long as the iteration, at its present
-      ! rate of convergence, reaches the tolerance within the iterations allowed. The first step with a tangent gives no rate yet.
+      ! If the end of a foundation contact moves, the tangent changes. The old tangent is kept as long as the iteration, at its
+      ! present rate of convergence, reaches the tolerance within the iterations allowed. The first step with a tangent does not
+      ! give a rate yet.
       if (newton%searching .and. newton%same_tangent > 0) newton%refactor = newton%refactor .or. report%residual * &
          & (report%residual / newton%last_residual)**(newton%last_change + newton%most - newton%number) > newton%tolerance
       newton%same_tangent = merge(0, newton%same_tangent + 1, newton%refactor)
@@ -332,7 +338,7 @@ contains
       if (.not. system%ok) report%message = 'the tangent is singular'
    end subroutine renew_tangent
 
-   !> Ends the iteration with a message, which names foundations if their stiffness is the reason.
+   !> Ends the iteration with a message. It names foundations if their stiffness is the reason of the failure.
    subroutine give_up(problem, state, system, message, newton, report)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -369,7 +375,7 @@ contains
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: rhs
-      logical, intent(in) :: frozen            !! the contact set is constant
+      logical, intent(in) :: frozen            !! true: the contact set is not changed
       type(contact_step_t), intent(inout) :: step
       type(increment_t), intent(inout) :: report
       call solve_contact_step(problem, state, system, rhs, frozen, step)
@@ -389,7 +395,7 @@ contains
       state%reaction = step%reaction
    end subroutine move
 
-   !> (chain candidates) true for elements on foundations that detect their contact themselves.
+   !> (chain candidates) true for elements on foundations that determine their contact themselves.
    pure function searches(problem, state)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -1,8 +1,8 @@
-!> Shortens a Newton step that foundations make far too long.
+!> Shortens a Newton step that is far too long because of a foundation.
 !>
-!> A structure that loses its last contact in an iteration has almost no stiffness, so that the next step is arbitrarily long. The
-!> work of the unbalanced forces along that step changes its sign at the point where the foundations support the structure again;
-!> from that point Newton's method converges. The search is made only if a step strongly raises the residual.
+!> If a structure loses its last contact in an iteration, it has almost no stiffness, and the next step is arbitrarily long. The
+!> work of the unbalanced forces along this step changes its sign where the foundations support the structure again. From that point
+!> Newton's method converges. The search is made only if a step strongly increases the residual.
 module step_search
    use kinds, only: wp
    use problem, only: problem_t
@@ -14,17 +14,17 @@ module step_search
 
 contains
 
-   !> Moves the state back along its last step, to the point where the work along the step changes its sign.
+   !> Moves the state back along its last step to the point where the work of the unbalanced forces along the step changes its sign.
    subroutine shorten_step(problem, origin, from, x, work_at_start, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: origin        !! last converged point
-      type(state_t), intent(in) :: from          !! state before the step, on the same nodes as the state after it
-      real(wp), intent(in) :: x(:)               !! increment of the step, node axes
+      type(state_t), intent(in) :: from          !! state before the step, on the same nodes as after the step
+      real(wp), intent(in) :: x(:)               !! step (increment of the unknowns), node axes
       real(wp), intent(in) :: work_at_start      !! step_work before the step
-      type(state_t), intent(inout) :: state      !! after the step on entry, after a part of it on return
+      type(state_t), intent(inout) :: state      !! in: state after the whole step; out: state after a part of the step
       type(system_t), intent(inout) :: system    !! assembled at `state` on entry and on return
       integer, parameter :: max_tries = 40
-      real(wp), parameter :: enough = 0.1_wp     !! part of the initial work that may remain at the point found
+      real(wp), parameter :: enough = 0.1_wp     !! remaining work, over the work before the step, at which the search ends
       real(wp), parameter :: torn = 0.1_wp       !! defect of an element above which its forces are meaningless
       type(state_t) :: whole
       real(wp) :: low, high, work_low, work_high, part, work
@@ -40,7 +40,7 @@ contains
          work = step_work(system, x)
          if (system%ok .and. system%defect_residual < torn) then
             if (abs(work) <= enough * abs(work_at_start)) return
-            ! If the work is still negative and all elements are valid, the whole step is kept.
+            ! If the work is still negative at the end of the step and all elements are valid, the whole step is kept.
             if (work < 0.0_wp .and. high >= 1.0_wp) return
          else
             work = huge(1.0_wp)
@@ -67,7 +67,7 @@ contains
 
    contains
 
-      !> State at a part of the step, on the same nodes.
+      !> State after a part of the step, on the same nodes.
       type(state_t) function between(share)
          real(wp), intent(in) :: share
          between = whole
@@ -77,7 +77,8 @@ contains
       end function between
    end subroutine shorten_step
 
-   !> Work of the unbalanced forces (internal minus external) on an increment: negative while the increment reduces the energy.
+   !> Work of the unbalanced forces (internal minus external) on an increment; it is negative while the increment reduces the
+   !> energy.
    pure real(wp) function step_work(system, x) result(work)
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: x(:) !! (n) increment, node axes

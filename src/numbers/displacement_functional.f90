@@ -1,5 +1,5 @@
-!> Monitors of displacements: their values and linearisations (functionals). A monitor refers to the material point that the deck
-!> names, even if the nodes of a contact span move.
+!> Monitors of displacements: their values and their linearisations (functionals). A monitor refers to the material point named by
+!> the deck, even if the nodes of a contact span move.
 module displacement_functional
    use kinds, only: wp
    use model, only: quantity_displacement
@@ -17,11 +17,11 @@ module displacement_functional
 
 contains
 
-   !> Value of a displacement monitor.
+   !> Value of a displacement monitor (length or rad, without factor and offset).
    pure real(wp) function watched_displacement(problem, state, m) result(value)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: m                  !! index into model%monitor, of a displacement
+      integer, intent(in) :: m                  !! index into model%monitor of a displacement monitor
       real(wp) :: u(3, size(problem%deck%monitor(m)%node))
       integer :: i
       associate (monitor => problem%deck%monitor(m))
@@ -34,15 +34,16 @@ contains
       end associate
    end function watched_displacement
 
-   !> Linearisation of a displacement monitor. Displacements of a point inside an element depend on the element's internal unknowns,
-   !> so that the load factor and the internal residual change the monitor, too.
+   !> Linearisation of a displacement monitor. The displacements of a point inside an element depend on the element's internal
+   !> unknowns: the monitor therefore depends on the load factor and on the internal residual, too.
    function new_displacement_functional(problem, state, system, m) result(watched)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled at `state`
-      integer, intent(in) :: m                  !! index into model%monitor, of a displacement
+      integer, intent(in) :: m                  !! index into model%monitor of a displacement monitor
       type(functional_t) :: watched
-      real(wp) :: weight(3), tau, by_node(3, problem%model%mesh%n_nodes) !! global axes
+      real(wp) :: weight(3), tau, by_node(3, problem%model%mesh%n_nodes) !! derivatives of the monitor by displacements of the
+      !! point; place in the element; derivatives by nodes, global axes
       integer :: i, node, e
       by_node = 0.0_wp
       allocate (watched%inner(0))
@@ -68,11 +69,11 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled at `state`
-      integer, intent(in) :: e                  !! element
-      real(wp), intent(in) :: tau               !! position of the point in the element, 0 to 1
-      real(wp), intent(in) :: weight(3)         !! global axes
-      real(wp), intent(inout) :: by_node(:, :)  !! (3, nodes) gradient, global axes
-      type(functional_t), intent(inout) :: number !! load derivative and defect
+      integer, intent(in) :: e                  !! index of the element
+      real(wp), intent(in) :: tau               !! place of the point in the element, 0 to 1
+      real(wp), intent(in) :: weight(3)         !! weights of the displacements (x, y) and of the rotation, global axes
+      real(wp), intent(inout) :: by_node(:, :)  !! (3, nodes) gradient of the functional, global axes
+      type(functional_t), intent(inout) :: number !! functional; its load derivative and its defect are changed
       type(profile_t) :: profile
       type(pose_t) :: pose
       real(wp) :: du(6), rate(3), gradient
@@ -95,7 +96,7 @@ contains
                & node)), [2.0_wp - i, i - 1.0_wp])
          end associate
       end do
-      ! If a node carries the obstacle on which the element lies, the point moves with this body.
+      ! If a node carries the obstacle on which the element lies, the point moves with this node.
       if (carrier > 0) by_node(:, carrier) = by_node(:, carrier) + matmul(weight, rigid_motion(pose%arm(profile_place(problem, &
          & new_profile(problem, state, e), tau))))
       du = 0.0_wp
@@ -105,22 +106,22 @@ contains
       number%defect = number%defect + dot_product(weight, rate)
    end subroutine add_place
 
-   !> Change of a displacement monitor by an increment of displacements and load factor. With x = system%tangent and y = 1 the
-   !> result is the monitor's derivative along the path, by the load factor.
+   !> Change of a displacement monitor for increments of displacements and load factor. With x = system%tangent and y = 1 it is the
+   !> derivative of the monitor along the path by the load factor.
    real(wp) function monitor_change(problem, m, state, system, x, y) result(change)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: m                  !! index into model%monitor, of a displacement
+      integer, intent(in) :: m                  !! index into model%monitor of a displacement monitor
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled at `state`
-      real(wp), intent(in) :: x(:)              !! (n) nodal increments, node axes
+      real(wp), intent(in) :: x(:)              !! (n) increments of the unknowns, node axes
       real(wp), intent(in) :: y                 !! increment of the load factor
       type(functional_t) :: watched
       watched = new_displacement_functional(problem, state, system, m)
       change = watched%change(x, y)
    end function monitor_change
 
-   !> True for a displacement monitor that the loads do not determine: if a rod may roll (rolling_rods), the monitor changes over
-   !> the range of rolling by more than the tolerance of equilibrium. Force monitors do not change by rolling.
+   !> True for a displacement monitor that the loads do not determine: if a rod may roll (rolling_rods), the monitor changes within
+   !> the range of rolling by more than the tolerance of equilibrium. (Force monitors do not change by rolling.)
    logical function left_open(problem, m, state, system)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: m                  !! index into model%monitor

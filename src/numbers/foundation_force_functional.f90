@@ -1,6 +1,6 @@
 !> Sum of an obstacle's distributed foundation forces as a functional.
 !>
-!> The forces act inside elements, on the rod's polynomial between the nodes: errors of this polynomial change the sum in addition
+!> The forces act inside elements, on the rod's polynomial between the nodes: errors of this polynomial change the sum, in addition
 !> to the errors of the elements' end forces.
 module foundation_force_functional
    use kinds, only: wp
@@ -14,7 +14,7 @@ module foundation_force_functional
    use element_foundation, only: foundation_forces
    use inner_forces, only: inner_forces_t
    use ground_regions, only: foundation_totals
-   use conforming_span, only: lying_t, conforming_change
+   use conforming_span, only: conforming_state_t, conforming_change
    use state_functional, only: functional_t
    implicit none
    private
@@ -29,12 +29,12 @@ contains
       has_foundation = any(problem%ground%chain%obstacle == obstacle)
    end function has_foundation
 
-   !> Sum of an obstacle's foundation forces: a component, or the sum of the normal forces.
+   !> Sum of the forces of an obstacle's foundations: one component, or the sum of the normal forces.
    real(wp) function foundation_force_sum(problem, state, obstacle, component) result(total)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: obstacle
-      integer, intent(in) :: component           !! 1: x, 2: y, 3: normal forces
+      integer, intent(in) :: component           !! 1: force in x, 2: force in y, 3: sum of normal forces
       real(wp) :: founded(3, size(problem%model%obstacle))
       call foundation_totals(problem, state, founded)
       total = founded(component, obstacle)
@@ -46,9 +46,9 @@ contains
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! assembled and factored at `state`
       integer, intent(in) :: obstacle
-      integer, intent(in) :: component           !! as in foundation_force_sum
+      integer, intent(in) :: component           !! 1: force in x, 2: force in y, 3: sum of normal forces
       type(functional_t) :: number
-      real(wp) :: by_node(3, problem%model%mesh%n_nodes) ! global axes
+      real(wp) :: by_node(3, problem%model%mesh%n_nodes) ! (3, nodes) gradient, global axes
       real(wp) :: by_load(size(state%z, 1), problem%model%mesh%n_elements), none(system%n), du(6), part
       type(inner_forces_t) :: inner
       integer :: e, i, z
@@ -81,13 +81,13 @@ contains
 
    contains
 
-      !> Change of the foundation force on one element by changes of the element's unknowns and of the load factor.
+      !> Change of the foundation force on one element, for changes of the element's unknowns and of the load factor.
       subroutine change_in_element(du, dz, y, change)
-         real(wp), intent(in) :: du(6), dz(:)    !! changes of the nodes' displacements (global axes) and of the stored unknowns
+         real(wp), intent(in) :: du(6), dz(:) !! changes of the nodes' displacements (global axes); changes of the stored unknowns
          real(wp), intent(in) :: y               !! change of the load factor
          real(wp), intent(out) :: change
          real(wp) :: rho(2, max_stages), force(2)
-         type(lying_t) :: kept
+         type(conforming_state_t) :: kept
          integer :: q, s
          s = problem%model%mesh%stages(e)
          change = 0.0_wp

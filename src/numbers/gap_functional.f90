@@ -22,9 +22,9 @@ contains
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled at `state`
       integer, intent(in) :: contact            !! index into model%contact
-      integer, intent(in) :: e                  !! element
-      real(wp), intent(in) :: tau               !! position in the element, 0 to 1
-      real(wp), intent(in) :: gap, normal(2)    !! gap there, and its gradient
+      integer, intent(in) :: e                  !! index of the element
+      real(wp), intent(in) :: tau               !! place in the element, 0 to 1
+      real(wp), intent(in) :: gap, normal(2)    !! gap at this place; unit gradient of the gap
       real(wp) :: by_node(3, problem%model%mesh%n_nodes)
       type(pose_t) :: pose
       by_node = 0.0_wp

@@ -1,6 +1,6 @@
-!> Linearisation, by finite differences, of a number that depends on a few elements only. Each unknown of their nodes is changed by
-!> a small step, and the section forces of the elements with it. The nodes of contact spans keep their positions along the rods, as
-!> in the equations.
+!> Linearisation, by finite differences, of a number that depends on a few elements only. Each unknown of the nodes of these
+!> elements is changed by a small step, and the section forces of the elements with it. The nodes of contact spans keep their
+!> positions along the rods, as they do in the equations.
 module local_differences
    use kinds, only: wp
    use problem, only: problem_t, carried_by
@@ -17,7 +17,7 @@ module local_differences
 
    !> A number that is a function of the state. Each kind of number extends this type by its own data.
    type, abstract :: local_number_t
-      integer, allocatable :: element(:)         !! elements that determine the number
+      integer, allocatable :: element(:)         !! elements on which the number depends
    contains
       procedure(value_of_state), deferred :: value
    end type local_number_t
@@ -28,11 +28,11 @@ module local_differences
          import :: local_number_t, problem_t, state_t, wp
          class(local_number_t), intent(in) :: self
          type(problem_t), intent(in) :: problem
-         type(state_t), intent(in) :: state      !! close to that at which the equations are assembled, with the same nodes
+         type(state_t), intent(in) :: state      !! state close to that at which the equations are assembled, with the same nodes
       end function value_of_state
    end interface
 
-   real(wp), parameter :: little = sqrt(epsilon(1.0_wp)) !! change of an unknown, over the size or in rad
+   real(wp), parameter :: little = sqrt(epsilon(1.0_wp)) !! change of an unknown: over the structure's size, or in rad
 
 contains
 
@@ -80,10 +80,10 @@ contains
 
    contains
 
-      !> Displaces the present node from its position in `here`; the internal unknowns of the elements follow from the linear
-      !> equations.
+      !> Displaces the node that is being varied from its position in `here`. The internal unknowns of the elements follow from the
+      !> linear equations.
       subroutine displace(du)
-         real(wp), intent(in) :: du(3)           !! global axes
+         real(wp), intent(in) :: du(3)           !! displacement of the node, global axes
          real(wp) :: rate(size(state%z, 1))
          integer :: k, j, side, z
          moved%u(:, node) = here%u(:, node) + du
@@ -105,9 +105,9 @@ contains
          end do
       end subroutine displace
 
-      !> Increments of an element on a carried obstacle, as in relative_increments, due to those of the present node.
+      !> Increments of an element on a carried obstacle (see relative_increments) that follow from those of the node being varied.
       pure function relative(e, side, du) result(own)
-         integer, intent(in) :: e, side          !! side of the node, 0: it carries the obstacle
+         integer, intent(in) :: e, side          !! index of the element; side of the node in it, 0: the node carries the obstacle
          real(wp), intent(in) :: du(3)
          real(wp) :: own(6), motion(3, 3)
          type(pose_t) :: pose

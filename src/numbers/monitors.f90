@@ -1,5 +1,5 @@
-!> Monitors, the numbers that the deck observes: displacements, reactions of supports and springs, contact forces, and section
-!> quantities. Their values and their linearisations (functionals).
+!> Monitors: the numbers that the deck observes (displacements, reactions of supports and springs, contact forces, section
+!> quantities), their values, and their linearisations (functionals).
 module monitors
    use kinds, only: wp
    use model, only: quantity_displacement, quantity_contact, quantity_section
@@ -45,19 +45,19 @@ contains
       end do
    end function monitor_values
 
-   !> Sum of all forces of an obstacle on the structure: a component, or the sum of the normal forces.
+   !> Sum of all forces of an obstacle on the structure: one component, or the sum of the normal forces.
    real(wp) function contact_force_sum(problem, state, system, obstacle, component) result(total)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
       integer, intent(in) :: obstacle
-      integer, intent(in) :: component         !! 1: x, 2: y, 3: normal forces
+      integer, intent(in) :: component         !! 1: force in x, 2: force in y, 3: sum of normal forces
       total = node_force_sum(problem, state, system, obstacle, component)
       if (problem%has_spans()) total = total + span_force_sum(problem, state, obstacle, component)
       if (problem%ground%chain%n > 0) total = total + foundation_force_sum(problem, state, obstacle, component)
    end function contact_force_sum
 
-   !> Derivative of a monitor along the path, by the load factor.
+   !> Derivative of a monitor along the path with respect to the load factor.
    real(wp) function monitor_rate(problem, m, state, system) result(rate)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: m                 !! index into model%monitor
@@ -77,7 +77,7 @@ contains
       end associate
    end function monitor_rate
 
-   !> A monitor with its linearisation.
+   !> A monitor as a functional (value and linearisation).
    type(functional_t) function new_monitor_functional(problem, state, system, m) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -106,22 +106,22 @@ contains
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
       integer, intent(in) :: obstacle
-      integer, intent(in) :: component           !! 1: x, 2: y, 3: normal forces
+      integer, intent(in) :: component           !! 1: force in x, 2: force in y, 3: sum of normal forces
       number = new_fixed_contact_functional(problem, state, system, obstacle, component)
       if (.not. problem%has_spans() .or. problem%model%obstacle(obstacle)%at_nodes) return
       number%estimated = .not. (has_node_forces(problem, state, obstacle) .or. has_foundation(problem, obstacle))
       call number%add(1.0_wp, new_span_force_functional(problem, state, system, obstacle, component))
    end function new_contact_functional
 
-   !> Linearisation of an obstacle's forces except those on contact spans: forces at nodes, and distributed foundation forces. Only
-   !> forces on nodes that the deck names have an error estimate, because the ends of all other contact depend on the mesh or lie
+   !> Linearisation of an obstacle's forces without those on contact spans: forces at nodes, and distributed foundation forces. Only
+   !> forces on nodes that the deck names have an error estimate, because the ends of all other contact depend on the mesh or are
    !> inside elements.
    type(functional_t) function new_fixed_contact_functional(problem, state, system, obstacle, component) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
       integer, intent(in) :: obstacle
-      integer, intent(in) :: component           !! 1: x, 2: y, 3: normal forces
+      integer, intent(in) :: component           !! 1: force in x, 2: force in y, 3: sum of normal forces
       number = new_functional(system%n)
       if (has_node_forces(problem, state, obstacle)) &
          & call number%add(1.0_wp, new_node_force_functional(problem, state, system, obstacle, component))

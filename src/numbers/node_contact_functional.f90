@@ -1,8 +1,8 @@
 !> Contact at nodes: gap and reaction of a candidate as functionals, and the sum of an obstacle's reactions at nodes.
 !>
 !> The reaction of a rigid obstacle is the unbalanced force on the unknown that it eliminates, like the reaction of a support. The
-!> reaction of a foundation at nodes, or of an elastic stop, follows from its law, like the force of a spring. On coupled ground
-!> each reaction depends on all gaps. None of these reactions has a discretisation error between nodes.
+!> reaction of a foundation at nodes, or of an elastic stop, follows from its force law, like the force of a spring. On coupled
+!> ground each reaction depends on all gaps. None of these reactions has a discretisation error from the interior of elements.
 module node_contact_functional
    use kinds, only: wp
    use problem, only: problem_t
@@ -20,7 +20,7 @@ module node_contact_functional
 
 contains
 
-   !> True if a candidate is a stop at a node that the deck names; this node exists on every mesh.
+   !> True if a candidate is a stop at a node that the deck names; such a node exists on every mesh.
    pure elemental logical function is_stop(problem, c)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: c                   !! candidate
@@ -28,7 +28,7 @@ contains
    end function is_stop
 
    !> Gap of a candidate as a functional. On coupled ground the derivatives are those of the opening (gap plus settlement of the
-   !> ground); the value is that of the gap.
+   !> ground); the value is the gap.
    pure type(functional_t) function new_gap_functional(problem, system, candidate) result(number)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! assembled
@@ -58,15 +58,15 @@ contains
       call add_held_forces(system, number)
    end function new_contact_force_functional
 
-   !> Derivative of a candidate's gap along the path, by the load factor; on coupled ground the derivative of the opening (gap plus
-   !> settlement).
+   !> Derivative of a candidate's gap along the path with respect to the load factor. On coupled ground it is the derivative of the
+   !> opening (gap plus settlement).
    pure real(wp) function gap_rate(problem, system, candidate)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! factored
       integer, intent(in) :: candidate
       type(functional_t) :: number
-      ! Unless the ground couples the candidates, the rate depends on the unknowns of one node only: the rates of all candidates
-      ! then need a number of operations proportional to the size of the mesh.
+      ! Unless the ground couples the candidates, the derivative depends on the unknowns of one node only. The derivatives for all
+      ! candidates then need a number of operations proportional to the size of the mesh.
       if (problem%coupling%entry(candidate) == 0) then
          gap_rate = gap_change(problem, system, candidate, system%tangent, 1.0_wp)
       else
@@ -75,7 +75,7 @@ contains
       end if
    end function gap_rate
 
-   !> Derivative of an active candidate's reaction along the path, by the load factor.
+   !> Derivative of an active candidate's reaction along the path with respect to the load factor.
    pure real(wp) function reaction_rate(problem, state, system, candidate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -100,14 +100,14 @@ contains
       has_node_forces = any(acts(problem, state, obstacle))
    end function has_node_forces
 
-   !> Sum of an obstacle's reactions at nodes that belong to no contact span: a component of the forces, or the sum of the normal
+   !> Sum of an obstacle's reactions at nodes that belong to no contact span: one component of the forces, or the sum of the normal
    !> forces.
    pure real(wp) function node_force_sum(problem, state, system, obstacle, component) result(total)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! assembled at `state`
       integer, intent(in) :: obstacle
-      integer, intent(in) :: component           !! 1: x, 2: y, 3: normal forces
+      integer, intent(in) :: component           !! 1: force in x, 2: force in y, 3: sum of normal forces
       integer :: c
       total = 0.0_wp
       do c = 1, problem%candidates%n
@@ -116,14 +116,14 @@ contains
       end do
    end function node_force_sum
 
-   !> Linearisation of node_force_sum. A node moves along the obstacle, which may move itself, and the reaction then changes its
-   !> direction.
+   !> Linearisation of node_force_sum. The node moves along the obstacle, and the obstacle may move as well: the reaction then
+   !> changes its direction.
    pure type(functional_t) function new_node_force_functional(problem, state, system, obstacle, component) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! assembled at `state`
       integer, intent(in) :: obstacle
-      integer, intent(in) :: component           !! as in node_force_sum
+      integer, intent(in) :: component           !! 1: force in x, 2: force in y, 3: sum of normal forces
       logical :: counts(problem%candidates%n)
       real(wp) :: along(2), turning
       integer :: c
@@ -142,7 +142,7 @@ contains
       number%value = node_force_sum(problem, state, system, obstacle, component)
    end function new_node_force_functional
 
-   !> Marks, for all candidates, the active ones of an obstacle that belong to no contact span.
+   !> (candidates) true for active candidates of an obstacle that belong to no contact span.
    pure function acts(problem, state, obstacle)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -152,7 +152,7 @@ contains
          & state%active(:size(acts))
    end function acts
 
-   !> Component of a candidate's unit normal in global axes; 1 if `component` is 3, the normal force.
+   !> Component of a candidate's unit normal in global axes; for component 3, the normal force, the result is 1.
    pure real(wp) function along_component(system, candidate, component) result(share)
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate, component
@@ -161,7 +161,7 @@ contains
    end function along_component
 
    !> Adds a multiple of an active candidate's reaction to a functional. If the contact eliminates an unknown, the reaction is the
-   !> residual of that unknown's equation and enters `by_force` only.
+   !> residual of the equation of this unknown and enters `by_force` only.
    pure subroutine add_reaction(problem, state, system, candidate, factor, number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -184,7 +184,7 @@ contains
       end if
    end subroutine add_reaction
 
-   !> Adds a multiple of a candidate's gap to the derivatives of a functional, but not to its value.
+   !> Adds a multiple of a candidate's gap to the derivatives of a functional; its value is not changed.
    pure subroutine add_gap(problem, system, candidate, factor, number)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -195,12 +195,12 @@ contains
       number%by_load = number%by_load - factor * system%closing(candidate)
    end subroutine add_gap
 
-   !> Adds the displacement of a candidate's node relative to its obstacle, times a vector.
+   !> Adds to a functional the displacement of a candidate's node relative to its obstacle, times a vector.
    pure subroutine add_motion(problem, system, candidate, direction, number)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: direction(2)       !! global axes
+      real(wp), intent(in) :: direction(2)       !! the vector, global axes
       type(functional_t), intent(inout) :: number
       real(wp) :: along(3)
       along = [direction, 0.0_wp]

@@ -1,8 +1,8 @@
 !> Positions of touchdown points along their rods as functionals.
 !>
-!> A touchdown point lies where the moment does not jump, or where a point contact has the obstacle's direction (touchdown_points).
-!> The derivatives of its position are differences of this condition at fixed touchdown points, as in the equations. At a segment
-!> boundary the node of a point contact is fixed, and the force moves beside it (rolling contact).
+!> A touchdown point is where the moment does not jump or, for a point contact, where the rod has the direction of the obstacle
+!> (touchdown_points). The derivatives of its position are differences of this condition at fixed touchdown points, as in the
+!> equations. A point contact at a segment boundary has a fixed node, and its force moves beside the node (rolling contact).
 module place_functional
    use kinds, only: wp
    use problem, only: problem_t
@@ -21,7 +21,7 @@ module place_functional
    !> Position of a touchdown point as a number of the state.
    type, extends(local_number_t) :: touchdown_place_t
       integer :: candidate = 0
-      type(touchdown_t) :: before                !! condition in the state that has the touchdown point at its place
+      type(touchdown_t) :: before                !! condition at the state in which the node is at the touchdown point
    contains
       procedure :: value => place_of_state
    end type touchdown_place_t
@@ -42,7 +42,7 @@ contains
    function places_at(problem, state, ends) result(at)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: ends(:)             !! candidates, see moving_ends
+      integer, intent(in) :: ends(:)             !! candidates from moving_ends
       real(wp) :: at(size(ends))
       integer :: k
       at = [(place_at(problem, state, ends(k)), k=1, size(ends))]
@@ -52,14 +52,14 @@ contains
    function places_after(problem, before, after, ends) result(at)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before, after
-      integer, intent(in) :: ends(:) !! candidates, see moving_ends
+      integer, intent(in) :: ends(:) !! candidates from moving_ends
       real(wp) :: at(size(ends))
       integer :: k
       at = [(place_after(problem, touchdown_at(problem, before, ends(k)), after, ends(k)), k=1, size(ends))]
    end function places_after
 
-   !> Position of one touchdown point in a state `after`: the position of its node plus the step that the touchdown condition
-   !> requires.
+   !> Position of one touchdown point in a state `after`: the position of its node plus the step that follows from the touchdown
+   !> condition.
    real(wp) function place_after(problem, before, after, candidate) result(at)
       type(problem_t), intent(in) :: problem
       type(touchdown_t), intent(in) :: before    !! condition in a state close to `after`
@@ -68,7 +68,7 @@ contains
       at = place_at(problem, after, candidate) + touchdown_step(problem, before, after, candidate)
    end function place_after
 
-   !> Position of one touchdown point: that of its node, or of the rolling contact force beside the node.
+   !> Position of one touchdown point: that of its node, or that of the rolling contact force beside the node.
    real(wp) function place_at(problem, state, candidate) result(at)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -78,7 +78,7 @@ contains
       at = chain_coordinate(problem, state, candidate, merge(1, 2, is_last(problem, candidate))) + roll%way
    end function place_at
 
-   !> Position of the touchdown point in a state with the nodes of `before`.
+   !> Position of the touchdown point in a state that has the nodes of `before`.
    real(wp) function place_of_state(self, problem, state) result(at)
       class(touchdown_place_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -99,7 +99,7 @@ contains
       associate (beside => problem%candidates%element(:, candidate))
          place%element = pack(beside, beside > 0)
          number = linearised(problem, state, system, place)
-         ! The residual of the touchdown condition left by the iteration does not count in the error bar of the position.
+         ! The residual of the touchdown condition that the iteration left does not count in the error bar of the position.
          number%defect = 0.0_wp
          if (.not. (place%before%by_moment .and. abs(place%before%slope) > 0.0_wp)) return
          allocate (number%by_element(6, problem%model%mesh%n_elements), source=0.0_wp)
@@ -108,17 +108,18 @@ contains
       end associate
    end function new_place_functional
 
-   !> Identifies a touchdown point by contact span and end, with its position, for its error bar.
+   !> Identifies a touchdown point, for its error bar, by the contact span, its end and the position.
    type(place_bar_t) function named_place(problem, candidate, at) result(place)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: at !! position, as in places_at
+      real(wp), intent(in) :: at !! position from places_at
       place%contact_span = problem%contact_span(problem%candidates%contact_span(candidate))%number
       place%last = is_last(problem, candidate)
       place%at = at
    end function named_place
 
-   !> True if a touchdown point is the end of a line contact; false for the beginning of a line contact and for a point contact.
+   !> True if a touchdown point is the last end of a line contact; false for the first end of a line contact and for a point
+   !> contact.
    pure logical function is_last(problem, candidate)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate

@@ -1,6 +1,7 @@
 !> Sums of support reactions and spring forces as functionals, and the linearisation of forces on fixed unknowns.
 !>
-!> The reaction of a support is the residual of its fixed unknown; the force of a spring is proportional to its displacement.
+!> The reaction of a support is the residual of its fixed unknown; the force of a spring is proportional to the spring's
+!> displacement.
 module reaction_functional
    use kinds, only: wp
    use problem, only: problem_t, dof
@@ -14,17 +15,18 @@ module reaction_functional
 
 contains
 
-   !> Sum of the support reactions and spring forces of a monitor.
+   !> Sum of the support reactions and spring forces of a reaction monitor.
    pure real(wp) function reaction_sum(problem, state, system, m) result(total)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! assembled at `state`
-      integer, intent(in) :: m                   !! index into model%monitor, of reactions
+      integer, intent(in) :: m                   !! index into model%monitor of a reaction monitor
       integer :: i, node
       total = 0.0_wp
       associate (monitor => problem%deck%monitor(m))
          do i = 1, size(monitor%node)
-            ! A supported node is a segment boundary, which is a node of every mesh: any other node has no reaction.
+            ! A supported node is a segment boundary and thus a node of every mesh: a node of the deck that the mesh lacks has no
+            ! reaction.
             node = problem%mesh_node(monitor%node(i))
             if (node == 0) cycle
             if (problem%model%fixed(monitor%component, node)) then
@@ -42,7 +44,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! assembled at `state`
-      integer, intent(in) :: m                   !! index into model%monitor, of reactions
+      integer, intent(in) :: m                   !! index into model%monitor of a reaction monitor
       real(wp) :: along(3)
       integer :: i, node
       number = new_support_functional(problem, system, m)
@@ -60,11 +62,11 @@ contains
       end associate
    end function new_reaction_functional
 
-   !> Linearisation of the part of the sum that supports exert, as computed from the equations; without its value.
+   !> Linearisation of that part of the sum that supports exert, computed from the equations; its value is not set.
    type(functional_t) function new_support_functional(problem, system, m) result(number)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! assembled
-      integer, intent(in) :: m                   !! index into model%monitor, of reactions
+      integer, intent(in) :: m                   !! index into model%monitor of a reaction monitor
       integer :: i, d, node
       number = new_functional(system%n)
       allocate (number%by_force(system%n), source=0.0_wp)
@@ -80,8 +82,8 @@ contains
       call add_held_forces(system, number)
    end function new_support_functional
 
-   !> Adds to a functional the linearisation of the forces on fixed unknowns. `by_force` contains the derivatives of the functional
-   !> by these forces.
+   !> Adds to a functional the linearisation of the forces on fixed unknowns; number%by_force contains its derivatives with respect
+   !> to these forces.
    pure subroutine add_held_forces(system, number)
       type(system_t), intent(in) :: system       !! assembled
       type(functional_t), intent(inout) :: number

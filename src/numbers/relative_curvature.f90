@@ -1,7 +1,7 @@
-!> Relative curvature as a functional: curvature of the rod minus that of the obstacle at a point contact, per unit stress-free
-!> length, positive if the rod bends away from the obstacle. As the path constraint it leads to osculation, where the relative
-!> curvature is zero. There the contact has no rotational stiffness, and free spans beside it may be about to buckle, so that
-!> neither the load nor displacements are parameters of the path.
+!> Relative curvature as a functional: curvature of the rod minus that of the obstacle at a point contact, by stress-free length,
+!> positive if the rod bends away from the obstacle. As the path constraint it leads to the osculating contact, at which the
+!> relative curvature is zero. There the contact has no rotational stiffness, and free spans beside it may be about to buckle, so
+!> that neither the load nor displacements are parameters of the path.
 module relative_curvature
    use kinds, only: wp
    use problem, only: problem_t
@@ -17,7 +17,7 @@ module relative_curvature
    !> Relative curvature at a point contact as a number of the state.
    type, extends(local_number_t) :: relative_curvature_t
       integer :: candidate = 0
-      type(state_t) :: before                   !! state that has the point contact at its place
+      type(state_t) :: before                   !! state in which the node is at the point contact
    contains
       procedure :: value => curvature_of_state
    end type relative_curvature_t
@@ -28,7 +28,7 @@ contains
    function new_relative_curvature(problem, state, system, candidate) result(curvature)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system      !! assembled there
+      type(system_t), intent(in) :: system      !! assembled at `state`
       integer, intent(in) :: candidate          !! candidate of a point contact
       type(functional_t) :: curvature
       type(relative_curvature_t) :: number
@@ -40,7 +40,7 @@ contains
       curvature = linearised(problem, state, system, number)
    end function new_relative_curvature
 
-   !> Relative curvature in a state with the nodes of `before`.
+   !> Relative curvature in a state that has the nodes of `before`.
    real(wp) function curvature_of_state(self, problem, state) result(value)
       class(relative_curvature_t), intent(in) :: self
       type(problem_t), intent(in) :: problem

@@ -1,5 +1,5 @@
-!> Quantities of a cross section (section forces, strain and stress) at a point of a rod, or the largest along rods. Monitors refer
-!> to material points of the deck's elements, independent of the nodes of the mesh.
+!> Quantities of a cross section (section forces, strain and stress) at a point of a rod, or their largest value along rods.
+!> Monitors refer to material points of the deck's elements, independent of the nodes of the mesh.
 module section_quantities
    use kinds, only: wp
    use model, only: monitor_t, axial => section_axial, moment => section_moment, strain => section_strain, &
@@ -21,16 +21,18 @@ module section_quantities
    private
    public :: section_value, watched_section, largest_strain, new_section_functional
 
-   !> Part of an element of the mesh, with values of a quantity at places of equal distance in it.
+   !> Part of an element of the mesh, with the values of a quantity at equidistant places in it.
    type :: part_t
       integer :: element = 0
-      real(wp) :: from = 0.0_wp, start = 0.0_wp !! coordinates of one point, along the monitor's elements and along the rod segment
-      real(wp) :: low = 0.0_wp, high = 0.0_wp, step = 0.0_wp !! ends of the part and distance of the places, 0 to 1 of the element
-      real(wp) :: tau = 0.0_wp, best = 0.0_wp   !! place and size of the largest value
-      real(wp) :: limit = 0.0_wp                !! size that no value between the places exceeds
+      real(wp) :: from = 0.0_wp, start = 0.0_wp !! coordinates of one point: along the elements of the monitor; along the rod
+      !! segment
+      real(wp) :: low = 0.0_wp, high = 0.0_wp, step = 0.0_wp !! ends of the part; distance of the places; all as parts of the
+      !! element, 0 to 1
+      real(wp) :: tau = 0.0_wp, best = 0.0_wp   !! place of the largest magnitude in the part, 0 to 1; this magnitude
+      real(wp) :: limit = 0.0_wp                !! magnitude that no value between the places exceeds
    end type part_t
 
-   !> A quantity at a point of the mesh, as a number of the state.
+   !> A section quantity at a point of the mesh, as a number of the state.
    type, extends(local_number_t) :: section_number_t
       type(section_place_t) :: place
    contains
@@ -39,7 +41,7 @@ module section_quantities
 
 contains
 
-   !> Quantity of the section at a place of an element, see section_values.
+   !> Section quantity at a place of an element, see section_values.
    real(wp) function section_value(problem, state, e, tau, quantity, sense) result(value)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -52,17 +54,17 @@ contains
       value = values(1)
    end function section_value
 
-   !> Quantity of the section at places of an element. Forces have the signs of the results: N positive in tension, Q along the
-   !> left normal of the section. Strain and stress are those of the fibre that has the largest, as positive numbers: without heat,
-   !> and without shear.
+   !> Section quantity at places of an element. Forces have the signs of the results: N positive in tension, Q along the normal to
+   !> the left of the section. Strain and stress are those of the fibre in which they are largest, as positive numbers. They do not
+   !> include heat and shear.
    function section_values(problem, state, e, tau, quantity, sense) result(value)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau(:)            !! 0 to 1 of the element
-      integer, intent(in) :: quantity           !! section_axial etc.
-      real(wp), intent(in), optional :: sense(2) !! as in section_place_t, which makes the quantity a smooth function of the state;
-      !! default: N, Q, M with their signs, strain and stress positive
+      real(wp), intent(in) :: tau(:)            !! places in the element, 0 to 1 of its stress-free length
+      integer, intent(in) :: quantity           !! kind of quantity, section_axial etc.
+      real(wp), intent(in), optional :: sense(2) !! fixed signs, see section_place_t, with which the quantity is a smooth function
+      !! of the state; default: N, Q, M with their signs, strain and stress positive
       real(wp) :: value(size(tau))
       real(wp) :: local(3, size(tau)), along(3), angle, signs(2)
       type(profile_t) :: profile
@@ -94,7 +96,7 @@ contains
       end do
    end function section_values
 
-   !> The section at a point of an element.
+   !> The cross section at a point of an element.
    function section_inside(problem, state, e, tau) result(section)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -111,7 +113,7 @@ contains
       associate (model => problem%model, g => state%geometry%element(e), c => problem%model%mesh%curve(e))
          s = curve_abscissa(model%curve(c), model%imperfection, g%s(1), tau * g%length, g%excess)
          call curve_point(model%curve(c), model%imperfection, s, x, angle, speed)
-         ! Distributions of loads are not needed, and a formula takes longer than all the rest.
+         ! Distributions of loads are not evaluated here, because formulas would take longer than all the rest.
          do k = 1, size(sample)
             if (.not. any(section%dimension%distribution == k)) cycle
             if (model%distribution(k)%contains_place(c, 0.5_wp * (g%s(1) + g%s(2)))) &
@@ -121,14 +123,14 @@ contains
       section = local_section(section, sample)
    end function section_inside
 
-   !> Value of a monitor of section quantities and its position: the monitor's own point, or the largest magnitude along its
-   !> elements.
+   !> Value of a monitor of section quantities, and the position of this value: the monitor's point, or the point with the largest
+   !> magnitude along the monitor's elements.
    subroutine watched_section(problem, state, monitor, value, place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(monitor_t), intent(in) :: monitor
-      real(wp), intent(out) :: value            !! without factor and offset
-      type(section_place_t), intent(out) :: place !! in the mesh; its `s` counts along the elements of the monitor
+      real(wp), intent(out) :: value            !! value without the factor and offset of the monitor
+      type(section_place_t), intent(out) :: place !! position in the mesh; its `s` is measured along the elements of the monitor
       type(part_t) :: part(size(monitor%element) + problem%model%mesh%n_elements)
       real(wp) :: from, at(2), s
       integer :: i, segment, parts
@@ -144,7 +146,7 @@ contains
                call sample_element()
             else if (monitor%place <= from + (at(2) - at(1)) .or. i == size(monitor%element)) then
                s = min(monitor%place - from, at(2) - at(1))
-               ! At the end of the range the element before it is used, so that a point at a node lies on the side of the monitor's
+               ! At the end of the range the element before it is used, so that a point at a node is on the side of the monitor's
                ! elements.
                call find_point(problem, state, segment, at(1) + s, place%element, place%tau)
                value = section_value(problem, state, place%element, place%tau, monitor%component)
@@ -162,7 +164,7 @@ contains
 
    contains
 
-      !> Signs of the section forces at the point.
+      !> Sets the signs of the section forces at the point.
       subroutine set_sense()
          associate (e => place%element, tau => place%tau)
             if (monitor%component > moment) then
@@ -174,7 +176,7 @@ contains
          end associate
       end subroutine set_sense
 
-      !> Samples the parts of the mesh that lie in the present element of the deck.
+      !> Samples those parts of the mesh that are in the present element of the deck.
       subroutine sample_element()
          real(wp), allocatable :: tau(:), there(:)
          real(wp) :: ends(2)
@@ -189,11 +191,11 @@ contains
          do k = first(1), first(2)
             e = problem%along(k)
             associate (low => merge(ends(1), 0.0_wp, k == first(1)), high => merge(ends(2), 1.0_wp, k == first(2)))
-               ! A section force, a polynomial of the element's order, has at most one extreme in two of these intervals.
+               ! A section force is a polynomial of the element's order and has at most one extreme value in two of these intervals.
                n = 2 * max(problem%model%mesh%stages(e), 1)
                tau = [(low + j * ((high - low) / n), j=0, n)]
                there = abs(section_values(problem, state, e, tau, monitor%component))
-               ! An extreme rises above the places by less than these differ.
+               ! An extreme value exceeds the values at the places by less than these values differ.
                parts = parts + 1
                part(parts) = part_t(e, from, at(1), low, high, (high - low) / n, tau(maxloc(there, 1)), maxval(there), &
                   & maxval(there) + maxval(abs(there(2:) - there(:n))))
@@ -201,7 +203,7 @@ contains
          end do
       end subroutine sample_element
 
-      !> Searches beside the largest of the values in a part for a larger one.
+      !> Searches for a larger value beside the largest of the sampled values in a part.
       subroutine search_part(in)
          type(part_t), intent(in) :: in
          type(minimum_search_t) :: search
@@ -220,7 +222,7 @@ contains
          magnitude = abs(section_value(problem, state, e, tau, monitor%component))
       end function magnitude
 
-      !> Keeps a point if its value is larger than all values before.
+      !> Stores a point if its magnitude is larger than all magnitudes before.
       subroutine take(in, tau, size_there)
          type(part_t), intent(in) :: in
          real(wp), intent(in) :: tau, size_there
@@ -234,13 +236,14 @@ contains
       end subroutine take
    end subroutine watched_section
 
-   !> Largest strain of all rods, without heat and shear, and its element. The strain is evaluated at the ends of the elements and
-   !> at points between them, one less than the element has stages. Bending counts if the deck gives the shape of the section.
+   !> Largest strain of all rods, without heat and shear, and the element in which it occurs. The strain is evaluated at the ends of
+   !> the elements and at points between them, one less than the element has stages. Bending is included if the deck gives the shape
+   !> of the section.
    subroutine largest_strain(problem, state, value, element)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(out) :: value            !! positive; 0 without rods that have a strain
-      integer, intent(out) :: element           !! index in the mesh; 0: none
+      real(wp), intent(out) :: value            !! largest strain, positive; 0 if no rod has a strain
+      integer, intent(out) :: element           !! index of the element in the mesh; 0: none
       real(wp) :: there
       integer :: e, j, n
       value = 0.0_wp
@@ -254,7 +257,7 @@ contains
       end do
    end subroutine largest_strain
 
-   !> Value of the number at a state.
+   !> Value of the section quantity at a state.
    real(wp) function value_there(self, problem, state) result(value)
       class(section_number_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -262,8 +265,9 @@ contains
       value = section_value(problem, state, self%place%element, self%place%tau, self%place%quantity, self%place%sense)
    end function value_there
 
-   !> Linearisation of such a monitor, without factor and offset. The position of the largest value is fixed, because its motion
-   !> does not change the value to the first order. The position as a monitored number has no linearisation.
+   !> Linearisation of a monitor of section quantities, without factor and offset. The position of the largest value is fixed,
+   !> because its motion changes the value in the second order only. If the position itself is the monitored number, it has no
+   !> linearisation.
    function new_section_functional(problem, state, system, monitor) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

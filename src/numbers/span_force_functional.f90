@@ -1,7 +1,7 @@
 !> Sum of an obstacle's forces on contact spans as a functional.
 !>
 !> The sum consists of forces in elements beside touchdown points and along line contacts, and of reactions at segment boundaries.
-!> Along a line contact the pressure is balanced by the section forces at both ends of the line: only these element end forces enter
+!> Along a line contact the pressure is balanced by the section forces at the two ends of the line contact: only these forces enter
 !> the sum, not the polynomials between nodes.
 module span_force_functional
    use kinds, only: wp
@@ -22,33 +22,33 @@ module span_force_functional
    !> Sum of an obstacle's forces on contact spans as a number of the state.
    type, extends(local_number_t) :: span_sum_t
       integer :: obstacle = 0
-      integer :: component = 0                   !! 1: x, 2: y, 3: normal forces
+      integer :: component = 0                   !! 1: force in x, 2: force in y, 3: sum of normal forces
    contains
       procedure :: value => sum_of_state
    end type span_sum_t
 
 contains
 
-   !> Sum of an obstacle's forces on contact spans: a component, or the sum of the normal forces.
+   !> Sum of an obstacle's forces on contact spans: one component, or the sum of the normal forces.
    real(wp) function span_force_sum(problem, state, obstacle, component) result(total)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: obstacle
-      integer, intent(in) :: component           !! 1: x, 2: y, 3: normal forces
+      integer, intent(in) :: component           !! 1: force in x, 2: force in y, 3: sum of normal forces
       real(wp) :: pushed(3, size(problem%model%contact), size(problem%model%obstacle)), moment(size(problem%model%obstacle))
       call span_totals(problem, state, [0.0_wp, 0.0_wp], pushed, moment)
       total = sum(pushed(component, :, obstacle))
    end function span_force_sum
 
-   !> Derivative of span_force_sum along the path, by the load factor, as one difference along the path tangent. The functional's
-   !> derivatives by single unknowns are differences, too; for stiff rods they may be 10,000 times the rate, and their errors as
-   !> large as the rate.
+   !> Derivative of span_force_sum along the path with respect to the load factor, as one difference along the path tangent. The
+   !> derivatives of the functional by single unknowns are differences, too; for stiff rods they may be 10,000 times the derivative
+   !> along the path, with errors as large as this derivative.
    real(wp) function span_force_rate(problem, state, system, obstacle, component) result(rate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! factored at `state`
       integer, intent(in) :: obstacle
-      integer, intent(in) :: component           !! 1: x, 2: y, 3: normal forces
+      integer, intent(in) :: component           !! 1: force in x, 2: force in y, 3: sum of normal forces
       type(state_t) :: here, ahead
       real(wp) :: step
       call states_along(problem, system, state, 1.0_wp, here, ahead, step, sqrt(epsilon(step)))
@@ -63,13 +63,13 @@ contains
       total = span_force_sum(problem, state, self%obstacle, self%component)
    end function sum_of_state
 
-   !> Linearisation of span_force_sum. Reactions at fixed segment boundaries are unbalanced forces on unknowns of their own.
+   !> Linearisation of span_force_sum. Reactions at fixed segment boundaries are the unbalanced forces on their own unknowns.
    function new_span_force_functional(problem, state, system, obstacle, component) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! assembled at `state`
       integer, intent(in) :: obstacle
-      integer, intent(in) :: component           !! 1: x, 2: y, 3: normal forces
+      integer, intent(in) :: component           !! 1: force in x, 2: force in y, 3: sum of normal forces
       type(functional_t) :: number
       type(span_sum_t) :: forces
       type(state_t) :: pushed
@@ -123,8 +123,9 @@ contains
       element = pack([(e, e=1, size(beside))], beside)
    end function elements_beside
 
-   !> Contribution of an element's end forces to the sum, with fixed unknowns. Only the end forces of free elements beside touchdown
-   !> points remain, and those of conforming elements at the other ends of their line contact; all other section forces cancel.
+   !> Contribution of an element's end forces to the sum, with fixed unknowns. Only two kinds of end forces remain: of free elements
+   !> beside touchdown points, and of conforming elements at the opposite end of their line contact. All other section forces
+   !> cancel.
    subroutine set_own_part(problem, state, system, forces, e, number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -134,7 +135,7 @@ contains
       type(functional_t), intent(inout) :: number
       integer :: i, c
       associate (list => problem%candidates, own => number%by_element(:, e))
-         ! The unbalanced forces of a conforming element on its own nodes differ from `by_force`.
+         ! The unbalanced forces of a conforming element on its own nodes are not those in `by_force`.
          if (problem%conforms(e) > 0) own = -element_unknowns(problem, system, number%by_force, e)
          do c = 1, list%n
             if (.not. counts(problem, forces%obstacle, c)) cycle
@@ -149,8 +150,8 @@ contains
       end associate
    end subroutine set_own_part
 
-   !> Displacement of a contact node, in node axes, whose work with a force on the node is the contribution of this force to the
-   !> sum. It contains no rotation.
+   !> Displacement of a contact node, in node axes, without rotation. Its work with a force on the node is the contribution of this
+   !> force to the sum.
    function shift(problem, state, system, component, c) result(along)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -163,7 +164,7 @@ contains
          if (component < 3) then
             along(component) = 1.0_wp
          else
-            ! For a line contact the sum of the normal forces does not follow from the section forces at the ends of the line.
+            ! For a line contact the sum of the normal forces does not follow from the section forces at its ends.
             if (.not. problem%candidates%moves(c)) return
             call candidate_gap(problem, state, c, gap, normal, bend)
             along(1:2) = normal

@@ -1,4 +1,4 @@
-!> Two neighbouring states on the path tangent, for derivatives by differences along the path.
+!> Two neighbouring states on the path tangent, from which derivatives along the path are computed by differences.
 module tangent_step
    use kinds, only: wp
    use problem, only: problem_t
@@ -10,8 +10,8 @@ module tangent_step
    private
    public :: states_along
 
-   real(wp), parameter :: little = 1.0e-6_wp !! largest displacement over the structure's size, or rotation [rad], of the step;
-   !! slopes keep half of the digits
+   real(wp), parameter :: little = 1.0e-6_wp !! largest displacement in the step, over the structure's size, and largest rotation
+   !! [rad]; slopes keep half of the digits
 
 contains
 
@@ -20,10 +20,11 @@ contains
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! factored at the state
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: load               !! only the sign is used: > 0 if the load factor increases along the path
+      real(wp), intent(in) :: load               !! only its sign is used: > 0 if the load factor increases along the path
       type(state_t), intent(out) :: here, ahead
       real(wp), intent(out) :: step              !! increment of the load factor, with this sign
-      real(wp), intent(in), optional :: size_step !! largest displacement over the size, or rotation, of the step
+      real(wp), intent(in), optional :: size_step !! largest displacement over the structure's size, or largest rotation [rad], in
+      !! the step
       integer :: c
       step = little
       if (present(size_step)) step = size_step
@@ -39,12 +40,12 @@ contains
    end subroutine states_along
 
    !> Increment of the load factor along the tangent that displaces and rotates no node by more than `most`, and does not exceed the
-   !> magnitude of the load factor (or 1, if that is larger).
+   !> magnitude of the load factor (or 1, if this is larger).
    pure real(wp) function small_load(problem, system, load, most) result(step)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! factored
-      real(wp), intent(in) :: load               !! factor
-      real(wp), intent(in) :: most               !! displacement over the structure's size, or rotation [rad]
+      real(wp), intent(in) :: load               !! load factor
+      real(wp), intent(in) :: most               !! largest displacement over the structure's size, and largest rotation [rad]
       real(wp) :: rate
       associate (u => system%tangent)
          rate = max(tiny(rate), maxval(abs(u(1::3))) / problem%size, maxval(abs(u(2::3))) / problem%size, maxval(abs(u(3::3))))

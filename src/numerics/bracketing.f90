@@ -1,4 +1,4 @@
-!> A bracketed zero of a function by Chandrupatla's rule: inverse quadratic interpolation if the last three points allow it,
+!> Zero of a function in a bracket by Chandrupatla's rule: inverse quadratic interpolation if the last three points allow it,
 !> bisection otherwise (Chandrupatla 1997, Adv. Eng. Software 28).
 module bracketing
    use kinds, only: wp
@@ -6,22 +6,22 @@ module bracketing
    private
    public :: bracket_t, new_bracket, next_guess, take_value
 
-   !> A bracket: the two ends between which a function has a zero, and its values there.
+   !> A bracket: two ends between which a function has a zero, and the function's values at them.
    type :: bracket_t
       real(wp) :: low = 0.0_wp, high = 1.0_wp
       real(wp) :: f_low = 0.0_wp, f_high = 0.0_wp
-      real(wp) :: scale = 0.0_wp                 !! scale of function values: the larger size of the first two
+      real(wp) :: scale = 0.0_wp                 !! scale of function values: the larger magnitude of the first two
       logical, private :: latest_low = .false.   !! true: the low end was replaced last
-      real(wp), private :: dropped = 0.0_wp, f_dropped = 0.0_wp !! last point that was replaced, and its value
-      logical, private :: fresh = .true.         !! true: no end has been replaced yet
+      real(wp), private :: dropped = 0.0_wp, f_dropped = 0.0_wp !! argument that was replaced last, and the function's value there
+      logical, private :: fresh = .true.         !! true: neither end has been replaced yet
    end type bracket_t
 
 contains
 
    !> A bracket with the function's values at both ends.
    pure type(bracket_t) function new_bracket(f_low, f_high, low, high) result(bracket)
-      real(wp), intent(in) :: f_low, f_high       !! values at the ends, of opposite sign
-      real(wp), intent(in), optional :: low, high !! ends, low < high; absent: 0, 1
+      real(wp), intent(in) :: f_low, f_high       !! values at the two ends, of opposite sign
+      real(wp), intent(in), optional :: low, high !! ends, low < high; default: 0 and 1
       if (present(low)) bracket%low = low
       if (present(high)) bracket%high = high
       bracket%f_low = f_low
@@ -32,13 +32,13 @@ contains
    !> True if the function must be evaluated at a further point `at`; false if the bracket is narrower than `narrow`.
    logical function next_guess(bracket, narrow, at)
       type(bracket_t), intent(in) :: bracket
-      real(wp), intent(in) :: narrow             !! width at which the search ends
-      real(wp), intent(out) :: at                !! next argument
+      real(wp), intent(in) :: narrow             !! width of the bracket at which the search ends
+      real(wp), intent(out) :: at                !! argument at which the function must be evaluated next
       at = bracket_guess(bracket)
       next_guess = bracket%high - bracket%low > narrow
    end function next_guess
 
-   !> Next guess of the zero; the middle if the signs at both ends do not differ.
+   !> Next guess of the zero; the middle if the values at both ends have the same sign.
    pure real(wp) function bracket_guess(bracket) result(at)
       type(bracket_t), intent(in) :: bracket
       real(wp) :: x(3), f(3), xi, phi, part, width, margin
@@ -48,7 +48,7 @@ contains
       if (bracket%fresh) then
          at = bracket%low + width * bracket%f_low / (bracket%f_low - bracket%f_high)
       else
-         ! The three points are 1: the end that was replaced last, 2: the other end, 3: the replaced point.
+         ! The three points are 1: the end replaced last, 2: the opposite end, 3: the point that was replaced.
          x = [bracket%high, bracket%low, bracket%dropped]
          f = [bracket%f_high, bracket%f_low, bracket%f_dropped]
          if (bracket%latest_low) x(1:2) = [bracket%low, bracket%high]
@@ -61,7 +61,7 @@ contains
             at = x(1) + part * (x(2) - x(1))
          end if
       end if
-      ! The guess keeps at least a rounding distance from both ends.
+      ! The guess has at least the distance of rounding from both ends.
       margin = min(2.0_wp * epsilon(at) * max(1.0_wp, abs(bracket%low), abs(bracket%high)), 0.25_wp * width)
       at = min(max(at, bracket%low + margin), bracket%high - margin)
    end function bracket_guess
@@ -69,7 +69,7 @@ contains
    !> Replaces an end of the bracket by a new point.
    subroutine take_value(bracket, at, f, low_moved)
       type(bracket_t), intent(inout) :: bracket
-      real(wp), intent(in) :: at, f               !! new point and its value
+      real(wp), intent(in) :: at, f               !! new argument and the function's value there
       logical, intent(out), optional :: low_moved !! true: the low end was replaced
       logical :: low
       low = f * bracket%f_low > 0.0_wp

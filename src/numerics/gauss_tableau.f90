@@ -1,5 +1,5 @@
-!> Gauss collocation with s = 1 to 6 points on (0, 1): order 2 s, symplectic. Decks use up to four points; one point more gives
-!> error estimates, two points more show how reliable these are.
+!> Gauss collocation with s = 1 to 6 points on (0, 1): order 2 s, symplectic. Decks use up to four points. One point more gives
+!> error estimates; two points more show how reliable the estimates are.
 !> Source: Hairer, Lubich, Wanner, Geometric Numerical Integration, II.1; b_i a_ij + b_j a_ji = b_i b_j.
 module gauss_tableau
    use kinds, only: wp, pi
@@ -13,10 +13,10 @@ module gauss_tableau
    type :: tableau_t
       integer :: stages = 0
       real(wp) :: a(max_stages, max_stages) = 0.0_wp !! a_ij: integral of the j-th Lagrange polynomial from 0 to c_i
-      real(wp) :: before(max_stages) = 0.0_wp        !! sum over j of a_ij
+      real(wp) :: before(max_stages) = 0.0_wp        !! sum of a_ij over j
       real(wp) :: b(max_stages) = 0.0_wp             !! weights
       real(wp) :: c(max_stages) = 0.0_wp             !! abscissae
-      real(wp) :: integral(max_stages, max_stages) = 0.0_wp !! (j, power) coefficients of stage_basis; 0 after the last stage
+      real(wp) :: integral(max_stages, max_stages) = 0.0_wp !! (j, power) coefficients of stage_basis; 0 behind the last stage
       real(wp) :: raise(max_stages, 0:max_stages - 1) = 0.0_wp !! (i, j) values of the Lagrange polynomials through the first end (j
       !! = 0) and the abscissae, at the i-th point of the tableau with one stage more; not set for max_stages
    end type tableau_t
@@ -55,7 +55,7 @@ contains
       if (stages < max_stages) t%raise(:stages + 1, 0:stages) = raising(t)
    end function new_tableau
 
-   !> Gauss-Legendre abscissae (ascending) and weights on (0, 1), any number of points, by Newton on P_n.
+   !> Gauss-Legendre abscissae (ascending) and weights on (0, 1) for any number of points, by Newton's method on P_n.
    pure subroutine gauss_points(n, c, b)
       integer, intent(in) :: n         !! number of points
       real(wp), intent(out) :: c(:)    !! (n) abscissae
@@ -82,11 +82,11 @@ contains
       end do
    end subroutine gauss_points
 
-   !> Integrals from 0 to tau of the Lagrange polynomials through the abscissae: dense output of the collocation.
+   !> Integrals from 0 to tau of the Lagrange polynomials through the abscissae, for values of the collocation between its points.
    pure subroutine stage_basis(t, tau, basis)
-      type(tableau_t), intent(in) :: t        !! `stages` and `integral` are used
-      real(wp), intent(in) :: tau             !! 0 to 1
-      real(wp), intent(out) :: basis(max_stages) !! (stages) the integrals, and zeros
+      type(tableau_t), intent(in) :: t        !! tableau; only `stages` and `integral` are used
+      real(wp), intent(in) :: tau             !! upper limit of the integrals, 0 to 1
+      real(wp), intent(out) :: basis(max_stages) !! (stages) the integrals; behind them zeros
       integer :: k
       basis = 0.0_wp
       do k = t%stages, 1, -1
@@ -94,7 +94,7 @@ contains
       end do
    end subroutine stage_basis
 
-   !> Interpolates values at the first end and the points of this tableau to the points of the tableau with one stage more.
+   !> Interpolates values at the first end and at the points of this tableau to the points of the tableau with one stage more.
    pure function raised_values(t, first, value) result(new)
       type(tableau_t), intent(in) :: t           !! tableau with fewer than max_stages stages
       real(wp), intent(in) :: first              !! value at the first end
@@ -107,9 +107,9 @@ contains
       end do
    end function raised_values
 
-   !> The Lagrange polynomials through 0 and the abscissae, at the Gauss points of one stage more.
+   !> Values of the Lagrange polynomials through 0 and the abscissae, at the Gauss points of one stage more.
    pure function raising(t) result(raise)
-      type(tableau_t), intent(in) :: t           !! stages and c are used; fewer than max_stages
+      type(tableau_t), intent(in) :: t           !! tableau with fewer than max_stages stages; only `stages` and c are used
       real(wp) :: raise(t%stages + 1, 0:t%stages)
       real(wp) :: at(0:t%stages), to(t%stages + 1), weight(t%stages + 1)
       integer :: j, k

@@ -1,6 +1,6 @@
-!> Minimum of a function with a single minimum between two places, without derivatives (Brent 1973, chapter 5): each step goes to
-!> the minimum of the parabola through the three lowest places so far, or, where parabolas do not reduce the interval, by a golden
-!> section of its larger part.
+!> Minimum of a function with a single minimum between two places, without derivatives (Brent 1973, chapter 5). Each step goes to
+!> the minimum of the parabola through the three lowest places so far. If parabolas do not reduce the interval, it is a golden
+!> section of the larger part of the interval.
 !>
 !>   call search%begin(first, last, accuracy)
 !>   do while (search%asks(place))
@@ -13,17 +13,18 @@ module minimum_search
    public :: minimum_search_t, to_rounding, golden
 
    real(wp), parameter :: golden = 0.5_wp * (sqrt(5.0_wp) - 1.0_wp)
-   real(wp), parameter :: to_rounding = sqrt(epsilon(golden)) !! part of the interval to which function values determine a minimum
+   real(wp), parameter :: to_rounding = sqrt(epsilon(golden)) !! part of the interval within which function values determine a
+   !! minimum
 
-   !> State of a search.
+   !> State of a search for a minimum.
    type :: minimum_search_t
-      real(wp) :: place = 0.0_wp                !! place of the least value so far
+      real(wp) :: place = 0.0_wp                !! place with the least value so far
       real(wp) :: least = huge(1.0_wp)          !! least value so far
-      real(wp), private :: ends(2) = 0.0_wp     !! interval that contains the minimum
-      real(wp), private :: other(2) = 0.0_wp, value(2) = huge(1.0_wp) !! places of the next lowest values, and these values
-      real(wp), private :: next = 0.0_wp        !! place whose value is needed next
-      real(wp), private :: steps(2) = 0.0_wp    !! last step and the one before
-      real(wp), private :: shortest = 0.0_wp    !! length of the shortest step
+      real(wp), private :: ends(2) = 0.0_wp     !! ends of the interval that contains the minimum
+      real(wp), private :: other(2) = 0.0_wp, value(2) = huge(1.0_wp) !! places with the next lowest values; these values
+      real(wp), private :: next = 0.0_wp        !! place at which the value is needed next
+      real(wp), private :: steps(2) = 0.0_wp    !! last step and the step before it
+      real(wp), private :: shortest = 0.0_wp    !! length of the shortest step that is made
       logical, private :: finished = .false.
    contains
       procedure :: begin, asks, tell
@@ -35,7 +36,7 @@ contains
    subroutine begin(search, first, last, accuracy)
       class(minimum_search_t), intent(out) :: search
       real(wp), intent(in) :: first, last
-      real(wp), intent(in) :: accuracy          !! of the place, as a part of the interval
+      real(wp), intent(in) :: accuracy          !! requested accuracy of the place, as a part of the interval
       search%ends = [first, last]
       search%next = last - golden * (last - first)
       search%place = search%next
@@ -62,7 +63,8 @@ contains
          if (search%finished) return
          room = merge(ends(1), ends(2), place >= 0.5_wp * (ends(1) + ends(2))) - place
          step = parabola_step(search)
-         ! A parabola must lead into the interval, by less than half of the step before the last one.
+         ! A step to the minimum of the parabola must stay inside the interval and be less than half of the step before the last
+         ! one.
          if (abs(step) < 0.5_wp * abs(search%steps(2)) .and. place + step > ends(1) .and. place + step < ends(2)) then
             if (min(place + step - ends(1), ends(2) - place - step) < 2.0_wp * search%shortest) step = sign(search%shortest, room)
             search%steps = [step, search%steps(1)]
@@ -74,7 +76,7 @@ contains
       end associate
    end subroutine tell
 
-   !> Reduces the interval by a value at the next place, and keeps the place if its value is among the three lowest.
+   !> Reduces the interval by means of the value at the next place; stores the place if its value is among the three lowest.
    pure subroutine keep(search, value)
       type(minimum_search_t), intent(inout) :: search
       real(wp), intent(in) :: value
@@ -98,7 +100,8 @@ contains
       end associate
    end subroutine keep
 
-   !> Step from the lowest place to the minimum of the parabola through the three lowest places; huge if there is none.
+   !> Step from the lowest place to the minimum of the parabola through the three lowest places; huge if the parabola has no
+   !> minimum.
    pure real(wp) function parabola_step(search) result(step)
       type(minimum_search_t), intent(in) :: search
       real(wp) :: way(2), rise(2), bend

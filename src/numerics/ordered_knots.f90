@@ -1,4 +1,4 @@
-!> Search among increasing numbers.
+!> Search in a list of increasing numbers.
 module ordered_knots
    use kinds, only: wp
    implicit none
@@ -7,17 +7,17 @@ module ordered_knots
 
 contains
 
-   !> Index of the piece between neighbouring knots that contains a number. A knot belongs to the piece that begins at it; numbers
-   !> beyond the ends belong to the first or last piece.
+   !> Index of the interval between neighbouring knots that contains a number. A knot belongs to the interval that begins at it;
+   !> numbers beyond the ends belong to the first or last interval.
    pure integer function piece_at(knot, place) result(piece)
-      real(wp), intent(in) :: knot(:)         !! not decreasing, 2 or more
-      real(wp), intent(in) :: place           !! number to find
+      real(wp), intent(in) :: knot(:)         !! knots, not decreasing; 2 or more
+      real(wp), intent(in) :: place           !! number to be found
       integer :: right, middle
       piece = 1
       right = size(knot)
       if (place >= knot(right)) piece = right - 1
       if (place <= knot(1) .or. place >= knot(right)) return
-      ! If all pieces have the same length, the first guess is right.
+      ! If all intervals have the same length, the first guess is right.
       middle = min(1 + int((place - knot(1)) / (knot(right) - knot(1)) * (right - 1)), right - 1)
       if (knot(middle) > place) then
          right = middle
@@ -35,10 +35,10 @@ contains
       end do
    end function piece_at
 
-   !> Length of the shortest piece between neighbouring knots that overlaps an interval.
+   !> Length of the shortest interval between neighbouring knots that overlaps a given interval.
    pure real(wp) function shortest_piece(knot, from, to) result(length)
-      real(wp), intent(in) :: knot(:)         !! as in piece_at
-      real(wp), intent(in) :: from, to        !! ends of the interval, increasing
+      real(wp), intent(in) :: knot(:)         !! knots, not decreasing; 2 or more
+      real(wp), intent(in) :: from, to        !! ends of the given interval, increasing
       integer :: first, last
       first = piece_at(knot, from)
       last = piece_at(knot, to)

@@ -1,4 +1,4 @@
-!> Interpolating quintic spline of one variable: four times continuously differentiable between its ends.
+!> Interpolating quintic spline of one variable; four times continuously differentiable between its ends.
 module quintic_spline
    use kinds, only: wp
    use ordered_knots, only: piece_at
@@ -9,21 +9,21 @@ module quintic_spline
    public :: ends_straight, ends_odd, ends_meet
 
    ! Conditions at the ends:
-   integer, parameter :: ends_straight = 1    !! second and third derivative are zero: three times differentiable continuation by a
-   !! straight line
-   integer, parameter :: ends_odd = 2         !! second and fourth derivative are zero: continuation point-symmetric about the end
+   integer, parameter :: ends_straight = 1 !! second and third derivative are zero: the spline is continued by a straight line and
+   !! is three times differentiable there
+   integer, parameter :: ends_odd = 2 !! second and fourth derivative are zero: the continuation is point-symmetric about the end
    integer, parameter :: ends_meet = 3        !! periodic: the last knot is the first knot of the next period
 
 contains
 
-   !> Slope and second derivative at the knots for which third and fourth derivative are continuous.
+   !> Slopes and second derivatives at the knots for which third and fourth derivative are continuous.
    subroutine spline_derivatives(knot, value, ends, slope, bend)
       real(wp), intent(in) :: knot(:)         !! knots, increasing; 2 or more, for periodic splines 3 or more
       real(wp), intent(in) :: value(:, :)     !! (knots, functions) values; for periodic splines the last equals the first
       integer, intent(in) :: ends             !! condition at the ends, ends_...
       real(wp), intent(out) :: slope(:, :), bend(:, :) !! (knots, functions) first and second derivatives
-      ! Unknowns are slope and second derivative (bend) of one knot after another. In a periodic spline the knots are numbered from
-      ! both ends in turn, so that the numbers of neighbours differ by two at most.
+      ! The unknowns are slope and second derivative (bend), knot by knot. In a periodic spline the knots are numbered from both
+      ! ends alternately, so that the numbers of neighbours differ by at most two.
       integer, parameter :: widest = 5        ! number of diagonals of the matrix on either side of the main diagonal
       real(wp) :: matrix(3 * widest + 1, 2 * size(knot)), right(2 * size(knot), size(value, 2))
       real(wp) :: h(size(knot) - 1)
@@ -64,9 +64,9 @@ contains
          row = 2 * place(knot) - 2 + which
       end function row
 
-      !> Equations of a knot: third and fourth derivative are equal on both sides.
+      !> Equations of a knot: third and fourth derivative are equal on both sides of it.
       subroutine join(knot, before, after)
-         integer, intent(in) :: knot, before, after !! `before`, `after`: pieces on both sides of the knot
+         integer, intent(in) :: knot, before, after !! number of the knot; pieces before and after it
          integer :: order
          do order = 3, 4
             call add_piece(row(knot, order - 2), before, order, 1.0_wp, h(after)**order)
@@ -101,7 +101,7 @@ contains
       end subroutine put
    end subroutine spline_derivatives
 
-   !> Value and derivatives of a spline; beyond its ends the last piece on that side is continued.
+   !> Value and derivatives of a spline; beyond an end its last piece there is continued.
    pure subroutine spline_value(knot, value, slope, bend, s, w, dw, ddw, dddw)
       real(wp), intent(in) :: knot(:)            !! knots, increasing, 2 or more
       real(wp), intent(in) :: value(:)           !! values at the knots
@@ -122,8 +122,8 @@ contains
       dddw = (6 * c(4) + t * (24 * c(5) + t * 60 * c(6))) / h**3
    end subroutine spline_value
 
-   !> Coefficients of the quintic on 0 to 1 by powers of its parameter. `data`: value, slope and second derivative at the first end,
-   !> slope and second derivative at the last end, last value minus first value.
+   !> Coefficients of the quintic on 0 to 1 by powers of its parameter. `data` has: value, slope and second derivative at the first
+   !> end, slope and second derivative at the last end, last value minus first value.
    pure function hermite_coefficients(data) result(c)
       real(wp), intent(in) :: data(6)
       real(wp) :: c(6)
@@ -137,10 +137,10 @@ contains
       end associate
    end function hermite_coefficients
 
-   !> Third or fourth derivative of a quintic by its parameter, at its value `at`.
+   !> Third or fourth derivative of a quintic with respect to its parameter, at parameter `at`.
    pure real(wp) function derivative(c, order, at)
       real(wp), intent(in) :: c(6)
-      integer, intent(in) :: order            !! 3 or 4
+      integer, intent(in) :: order            !! order of the derivative, 3 or 4
       real(wp), intent(in) :: at
       if (order == 3) then
          derivative = 6 * c(4) + at * (24 * c(5) + at * 60 * c(6))

@@ -1,6 +1,6 @@
-!> Obstacles that are pieces of one wall: the second begins at the end of the first, in the same direction, or both are the same
-!> straight line. Their surfaces are joined to one curve, so that a rod that passes the joint neither leaves a surface nor meets
-!> one.
+!> Obstacles that are pieces of one wall: the second begins at the end of the first with the same direction, or both are the same
+!> straight line. Their surfaces are joined to one curve, so that a rod that passes the joint neither leaves a surface nor touches a
+!> new one.
 module joined_obstacles
    use kinds, only: wp
    use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle
@@ -12,11 +12,11 @@ module joined_obstacles
 contains
 
    !> Replaces the surfaces of two obstacles by that of the wall to which both belong. A straight line that touches the end of a
-   !> curve counts as the curve's straight continuation.
+   !> curve counts as the straight continuation of this curve.
    pure subroutine join_obstacles(one, other, size, joined)
       type(obstacle_t), intent(inout) :: one, other
-      real(wp), intent(in) :: size          !! length by which gaps between ends are measured
-      logical, intent(out) :: joined        !! false: they are no pieces of one wall, and unchanged
+      real(wp), intent(in) :: size          !! length to which gaps between ends are related
+      logical, intent(out) :: joined        !! false: the obstacles are not pieces of one wall, and are unchanged
       type(obstacle_t) :: wall
       wall = one
       joined = .not. any([one%kind, other%kind] == obstacle_circle)
@@ -44,12 +44,12 @@ contains
       other = with_surface(other, wall)
    end subroutine join_obstacles
 
-   !> An obstacle with the surface of a wall. It keeps the data of its own shape, which the results contain.
+   !> An obstacle with the surface of a wall. It keeps the data of its own shape, which are written to the results.
    pure type(obstacle_t) function with_surface(obstacle, wall) result(new)
       type(obstacle_t), intent(in) :: obstacle, wall
       new = obstacle
       if (wall%kind == obstacle_line) then
-         ! Lengths along both lines count from the same origin.
+         ! Lengths along both lines are measured from the same origin.
          new%point = wall%point
          return
       end if
@@ -76,7 +76,7 @@ contains
          & on_line(line, curve%curve%point(:, 2), curve%curve%tangent(:, 2), size)
    end function touches_end
 
-   !> True if a point and a direction are those of a straight line.
+   !> True if a point is on a straight line and a direction is that of the line.
    pure logical function on_line(line, point, direction, size)
       type(obstacle_t), intent(in) :: line
       real(wp), intent(in) :: point(2), direction(2), size
@@ -90,7 +90,7 @@ contains
    pure logical function meet(point, tangent, other_point, other_tangent, size)
       real(wp), intent(in) :: point(2), tangent(2), other_point(2), other_tangent(2)
       real(wp), intent(in) :: size
-      real(wp), parameter :: rounded = 1.0e-8_wp !! decks give eight digits or more
+      real(wp), parameter :: rounded = 1.0e-8_wp !! tolerance for equal points and directions; decks give eight digits or more
       meet = norm2(other_point - point) <= rounded * size .and. norm2(other_tangent - tangent) <= rounded
    end function meet
 end module joined_obstacles

@@ -1,9 +1,9 @@
-!> Curves that divide the plane: consecutive straight, circular and quintic pieces with common tangents, continued straight beyond
-!> both ends, or closed.
+!> Curves that divide the plane: consecutive straight, circular and quintic pieces with common tangents. They are closed, or
+!> continued by straight lines beyond both ends.
 !>
-!> The nearest point is found with a tree of circles around the pieces. Only pieces that may contain the nearest point are examined,
-!> so that the cost grows with the logarithm of the number of pieces, and searches are independent of each other. A quintic piece
-!> turns by so little that its nearest point is unique; Newton's method within a bracket finds it.
+!> The nearest point is found with a tree of circles around the pieces. Only pieces that may contain the nearest point are examined;
+!> the cost grows with the logarithm of the number of pieces, and searches are independent of each other. A quintic piece turns by
+!> so little that its nearest point is unique. It is found by Newton's method within a bracket.
 module obstacle_curve
    use kinds, only: wp
    use gauss_tableau, only: gauss_points
@@ -15,45 +15,47 @@ module obstacle_curve
 
    integer, parameter :: shape_straight = 1, shape_arc = 2, shape_quintic = 3
 
-   real(wp), parameter :: piece_turn = 0.25_wp   !! [rad] largest turn of a quintic piece
-   real(wp), parameter :: sample_turn = 0.05_wp  !! [rad] turn between samples
-   integer, parameter :: n_gauss = 10            !! quadrature points on a quintic piece, whose turn is so small that the quadrature
-   !! error is rounding
+   real(wp), parameter :: piece_turn = 0.25_wp   !! largest turn of a quintic piece [rad]
+   real(wp), parameter :: sample_turn = 0.05_wp  !! turn of the curve between two samples [rad]
+   integer, parameter :: n_gauss = 10 !! number of quadrature points on a quintic piece; the piece turns so little that the
+   !! quadrature error is rounding
    real(wp), parameter :: factorial(0:5) = [1.0_wp, 1.0_wp, 2.0_wp, 6.0_wp, 24.0_wp, 120.0_wp]
 
-   !> One piece; its parameter runs from 0 to 1.
+   !> One piece of a curve; its parameter t runs from 0 to 1.
    type :: piece_t
       integer :: shape = shape_straight
-      real(wp) :: c(2, 6) = 0.0_wp      !! straight, quintic: position = sum c(:, k) t^(k - 1)
+      real(wp) :: c(2, 6) = 0.0_wp      !! straight and quintic pieces: position = sum c(:, k) t^(k - 1)
       real(wp) :: centre(2) = 0.0_wp, radius = 0.0_wp
-      real(wp) :: angle = 0.0_wp        !! [rad] arc: direction from the centre to the first point
-      real(wp) :: turn = 0.0_wp         !! [rad] arc: > 0 counterclockwise
+      real(wp) :: angle = 0.0_wp        !! arc: direction from the centre to the first point [rad]
+      real(wp) :: turn = 0.0_wp         !! arc: turn from the first to the last point [rad], > 0 counterclockwise
    end type piece_t
 
    !> A curve of consecutive pieces with a search tree of circles around them.
    type :: obstacle_curve_t
       type(piece_t), allocatable :: piece(:)
-      logical :: closed = .false.       !! true: the end is the first point, with the same tangent
+      logical :: closed = .false.       !! true: the last point is the first point, with the same tangent
       integer :: leaves = 0             !! number of leaves of the tree, a power of 2
-      real(wp), allocatable :: ball(:, :) !! (3, 2 leaves - 1) centre and radius of a circle around node k, whose children are 2 k
-      !! and 2 k + 1; radius < 0: empty
-      real(wp) :: point(2, 2) = 0.0_wp  !! both ends of the curve
-      real(wp) :: tangent(2, 2) = 0.0_wp !! unit tangents at the ends, in the direction of the curve
-      real(wp), allocatable :: start(:) !! (pieces + 1) arc length at the first point of each piece, and at the end
-      real(wp), allocatable :: turned(:) !! (pieces + 1) [rad] turn of the curve to the left up to the same points
+      real(wp), allocatable :: ball(:, :) !! (3, 2 leaves - 1) centre (x, y) and radius of a circle around tree node k, whose
+      !! children are 2 k and 2 k + 1; radius < 0: empty
+      real(wp) :: point(2, 2) = 0.0_wp  !! first and last point of the curve
+      real(wp) :: tangent(2, 2) = 0.0_wp !! unit tangents at the first and last point, in the direction of the curve
+      real(wp), allocatable :: start(:) !! (pieces + 1) arc length at the first point of each piece, and at the end of the curve
+      real(wp), allocatable :: turned(:) !! (pieces + 1) turn of the curve to the left, from its first point to the same points
+      !! [rad]
       logical, allocatable :: jumps(:)  !! (0:pieces) true: the curvature jumps at the end of piece i
       real(wp) :: abscissa(n_gauss) = 0.0_wp, weight(n_gauss) = 0.0_wp !! quadrature rule of arc_length
    end type obstacle_curve_t
 
-   real(wp), parameter :: smooth = 1.0e-9_wp !! least jump of curvature times piece length; far above the rounding in splines
+   real(wp), parameter :: smooth = 1.0e-9_wp !! smallest jump of curvature times piece length that counts; it is far above the
+   !! rounding in splines
 
-   !> A point of a curve.
+   !> A point of a curve with its direction and curvature.
    type :: foot_t
       real(wp) :: point(2) = 0.0_wp
-      real(wp) :: tangent(2) = 0.0_wp   !! unit
-      real(wp) :: curvature = 0.0_wp    !! > 0 where the curve turns to the left
+      real(wp) :: tangent(2) = 0.0_wp   !! unit tangent
+      real(wp) :: curvature = 0.0_wp    !! curvature, > 0 if the curve turns to the left
       integer :: piece = 0              !! number of the piece; 0 and pieces + 1: the straight continuations
-      real(wp) :: t = 0.0_wp            !! parameter on the piece; continuations: signed distance from the end, along the curve
+      real(wp) :: t = 0.0_wp !! parameter on the piece; on a continuation: distance from the end along the curve, with sign
    end type foot_t
 
 contains
@@ -65,7 +67,8 @@ contains
       piece%c(:, 2) = second - first
    end function straight_piece
 
-   !> Circular arc; `angle` is the direction from the centre to the first point, `turn` is > 0 counterclockwise, both in radians.
+   !> Circular arc; `angle` is the direction from the centre to the first point [rad], `turn` the turn from the first to the last
+   !> point [rad], > 0 counterclockwise.
    pure type(piece_t) function arc_piece(centre, radius, angle, turn) result(piece)
       real(wp), intent(in) :: centre(2), radius, angle, turn
       piece%shape = shape_arc
@@ -75,13 +78,13 @@ contains
       piece%turn = turn
    end function arc_piece
 
-   !> The quintic with coefficients c, parameter 0 to 1, divided into pieces with a small turn.
+   !> The quintic with coefficients c and parameter 0 to 1, divided into pieces that turn little.
    pure function quintic_pieces(c) result(pieces)
       real(wp), intent(in) :: c(2, 6)
       type(piece_t), allocatable :: pieces(:)
       real(wp) :: leg(2, 5), d(2, 0:5), h, turn
       integer :: i, k, n
-      ! The curve turns by at most as much as the sides of its control polygon.
+      ! The curve turns by at most the sum of the turns between the sides of its control polygon.
       leg = legs(c)
       turn = sum([(abs(angle_between(leg(:, k), leg(:, k + 1))), k=1, 4)])
       n = 2 + int(turn / (0.5_wp * piece_turn))
@@ -96,7 +99,7 @@ contains
       end do
    end function quintic_pieces
 
-   !> Sides of the control polygon of a quintic, times 5: the coefficients of its derivative in Bernstein polynomials.
+   !> Sides of the control polygon of a quintic, times 5: the coefficients of the quintic's derivative in Bernstein polynomials.
    pure function legs(c) result(leg)
       real(wp), intent(in) :: c(2, 6)
       real(wp) :: leg(2, 5)
@@ -108,9 +111,9 @@ contains
       leg(:, 5) = c(:, 2) + 2 * c(:, 3) + 3 * c(:, 4) + 4 * c(:, 5) + 5 * c(:, 6)
    end function legs
 
-   !> Value and derivatives 1 to 5 of a polynomial by its parameter.
+   !> Value and derivatives 1 to 5 of a polynomial with respect to its parameter.
    pure function polynomial_at(c, t) result(d)
-      real(wp), intent(in) :: c(2, 6)     !! as in piece_t
+      real(wp), intent(in) :: c(2, 6)     !! coefficients of the polynomial, see piece_t
       real(wp), intent(in) :: t
       real(wp) :: d(2, 0:5)
       integer :: k, i
@@ -136,7 +139,7 @@ contains
       dd = 2 * c(:, 3) + t * (6 * c(:, 4) + t * (12 * c(:, 5) + t * 20 * c(:, 6)))
    end subroutine first_derivatives
 
-   !> Curve of pieces, each of which begins at the end of the previous piece, with the same tangent.
+   !> Joins pieces to a curve. Each piece must begin at the end of the previous piece, with the same tangent.
    pure function join_pieces(pieces, closed) result(curve)
       type(piece_t), intent(in) :: pieces(:)
       logical, intent(in) :: closed     !! true: the last piece ends where the first one begins, with the same tangent
@@ -172,14 +175,14 @@ contains
       end do
    end function join_pieces
 
-   !> True if the curvature jumps between piece i and the next one. Pieces 0 and size + 1 are the straight continuations; on a
+   !> True if the curvature jumps between piece i and the next piece. Pieces 0 and size + 1 are the straight continuations; on a
    !> closed curve they are its last and its first piece.
    pure logical function curvature_jumps(curve, i) result(jumps)
       type(obstacle_curve_t), intent(in) :: curve
       integer, intent(in) :: i
-      type(foot_t) :: before, after         ! undefined: straight continuation
+      type(foot_t) :: before, after         ! undefined: the straight continuation
       real(wp) :: length
-      integer :: n, left, right             ! pieces on both sides, 0 and n + 1: none
+      integer :: n, left, right             ! number of pieces; pieces on both sides, 0 and n + 1: none
       n = size(curve%piece)
       left = i
       right = i + 1
@@ -220,7 +223,7 @@ contains
       do while (top > 0)
          k = stack(top)
          top = top - 1
-         ! No point of this node can be nearer than the best one so far.
+         ! No point of this tree node can be nearer than the best point found so far.
          if (waiting(top + 1) >= best) cycle
          if (k >= curve%leaves) then
             candidate = piece_foot(curve%piece(k - curve%leaves + 1), x)
@@ -228,7 +231,7 @@ contains
             call keep_nearer(x, candidate, foot, best)
             cycle
          end if
-         ! The nearer child is examined first, because its result often excludes the other.
+         ! The nearer child is examined first: its result often excludes the other child.
          least = [least_square(2 * k), least_square(2 * k + 1)]
          near = merge(1, 2, least(1) <= least(2))
          stack(top + 1:top + 2) = 2 * k - 1 + [3 - near, near]
@@ -238,7 +241,7 @@ contains
 
    contains
 
-      !> Lower bound of the signed squared distance to the points of a tree node: < 0 inside its circle, huge for an empty node.
+      !> Lower bound of the squared distance to the points of a tree node; < 0 inside its circle, huge for an empty node.
       pure real(wp) function least_square(node)
          integer, intent(in) :: node
          least_square = huge(best)
@@ -250,12 +253,12 @@ contains
       end function least_square
    end function nearest_point
 
-   !> Keeps the nearer of two points.
+   !> Of two points, keeps the one nearer to x.
    pure subroutine keep_nearer(x, candidate, foot, best)
       real(wp), intent(in) :: x(2)
       type(foot_t), intent(in) :: candidate
       type(foot_t), intent(inout) :: foot
-      real(wp), intent(inout) :: best      !! squared distance of `foot`
+      real(wp), intent(inout) :: best      !! squared distance from x to `foot`
       real(wp) :: square
       square = dot_product(x - candidate%point, x - candidate%point)
       if (square >= best) return
@@ -283,7 +286,7 @@ contains
       foot%curvature = (foot%tangent(1) * dd(2) - foot%tangent(2) * dd(1)) / speed**2
    end function piece_point
 
-   !> Nearest point to x on a piece, ends included.
+   !> Nearest point to x on a piece, including its ends.
    pure type(foot_t) function piece_foot(piece, x) result(foot)
       type(piece_t), intent(in) :: piece
       real(wp), intent(in) :: x(2)
@@ -293,7 +296,7 @@ contains
          t = dot_product(x - piece%c(:, 1), piece%c(:, 2)) / dot_product(piece%c(:, 2), piece%c(:, 2))
          t = min(max(t, 0.0_wp), 1.0_wp)
       case (shape_arc)
-         ! Angles count from the middle of the arc, so that the jump of atan2 is on the opposite side of the circle.
+         ! Angles are measured from the middle of the arc, so that the jump of atan2 is on the opposite side of the circle.
          d = x - piece%centre
          first = [cos(piece%angle + 0.5_wp * piece%turn), sin(piece%angle + 0.5_wp * piece%turn)]
          t = 0.5_wp
@@ -307,9 +310,9 @@ contains
       foot%t = t
    end function piece_foot
 
-   !> Arc length along piece i from its first point to parameter t (straight and circular pieces: any t).
+   !> Arc length along piece i from its first point to parameter t (for straight and circular pieces t may be any number).
    pure real(wp) function arc_length(curve, i, t) result(length)
-      type(obstacle_curve_t), intent(in) :: curve !! with pieces and quadrature rule
+      type(obstacle_curve_t), intent(in) :: curve !! curve with its pieces and quadrature rule
       integer, intent(in) :: i
       real(wp), intent(in) :: t
       real(wp), dimension(n_gauss) :: s, dx, dy
@@ -331,7 +334,7 @@ contains
    !> Turn [rad] of piece i to the left from its first point to parameter t.
    pure real(wp) function turned_angle(curve, i, t) result(angle)
       type(obstacle_curve_t), intent(in) :: curve
-      integer, intent(in) :: i !! piece
+      integer, intent(in) :: i !! number of the piece
       real(wp), intent(in) :: t !! parameter, 0 to 1
       real(wp) :: x(2), d(2), dd(2)
       angle = 0.0_wp
@@ -343,7 +346,7 @@ contains
       end associate
    end function turned_angle
 
-   !> Parameter of the nearest point to x on a quintic piece: zero of the derivative of half the squared distance.
+   !> Parameter of the point on a quintic piece that is nearest to x: the zero of the derivative of half the squared distance.
    pure real(wp) function nearest_parameter(c, x) result(t)
       real(wp), intent(in) :: c(2, 6), x(2)
       real(wp) :: low, high, f, slope, q(2), d(2), dd(2), ends(2), next
@@ -382,7 +385,7 @@ contains
       end do
    end function nearest_parameter
 
-   !> Signed angle from one direction to another, > 0 counterclockwise.
+   !> Angle from one direction to another [rad], > 0 counterclockwise.
    pure real(wp) function angle_between(a, b)
       real(wp), intent(in) :: a(2), b(2)
       angle_between = 0.0_wp
@@ -390,7 +393,7 @@ contains
          & angle_between = atan2(a(1) * b(2) - a(2) * b(1), dot_product(a, b))
    end function angle_between
 
-   !> Centre and radius of a circle around a piece; arcs are at most half circles.
+   !> Centre and radius of a circle around a piece. (Arcs are at most half circles.)
    pure function piece_ball(piece) result(ball)
       type(piece_t), intent(in) :: piece
       real(wp) :: ball(3), polygon(2, 6), leg(2, 5)
@@ -428,7 +431,7 @@ contains
    !> Points along the curve, close enough to draw it.
    pure function curve_samples(curve) result(points)
       type(obstacle_curve_t), intent(in) :: curve
-      real(wp), allocatable :: points(:, :)   !! (2, samples)
+      real(wp), allocatable :: points(:, :)   !! (2, samples) positions
       type(foot_t), allocatable :: foot(:)
       integer :: i
       foot = feet(curve)
@@ -438,7 +441,7 @@ contains
       end do
    end function curve_samples
 
-   !> Samples of a curve, with their directions.
+   !> Samples of a curve with their directions and curvatures.
    pure function feet(curve) result(foot)
       type(obstacle_curve_t), intent(in) :: curve
       type(foot_t), allocatable :: foot(:)
@@ -468,13 +471,13 @@ contains
       end function parts
    end function feet
 
-   !> Largest turn [rad] of the curve to the right, against the structure, within a given length.
+   !> Largest turn [rad] of the curve to the right (against the structure) within a given length along it.
    pure real(wp) function sharpest_turn(curve, length) result(sharpest)
       type(obstacle_curve_t), intent(in) :: curve
-      real(wp), intent(in) :: length !! along the curve
+      real(wp), intent(in) :: length !! length along the curve
       type(foot_t), allocatable :: foot(:)
-      real(wp), allocatable :: s(:), turn(:)  ! from the first sample on
-      integer, allocatable :: least(:)        ! candidates for the least turn within the length, in order
+      real(wp), allocatable :: s(:), turn(:)  ! arc length and turn from the first sample on
+      integer, allocatable :: least(:)        ! samples that may have the least turn within the length, in their order
       integer :: k, first, last
       foot = feet(curve)
       if (curve%closed) foot = [foot, foot(2:)]
@@ -503,13 +506,14 @@ contains
       end do
    end function sharpest_turn
 
-   !> True if the curve, with its straight continuations unless it is closed, meets itself: it does not divide the plane in two.
+   !> True if the curve, with its straight continuations unless it is closed, intersects itself: it then does not divide the plane
+   !> in two.
    !>
-   !> A tree of boxes around the segments excludes pairs that cannot intersect: the cost is almost proportional to the number of
+   !> A tree of boxes around the segments excludes pairs that cannot intersect; the cost is almost proportional to the number of
    !> segments.
    pure logical function crosses_itself(curve) result(crosses)
       type(obstacle_curve_t), intent(in) :: curve
-      real(wp), parameter :: far = 1.0e4_wp !! length of the continuations, over the size of the curve
+      real(wp), parameter :: far = 1.0e4_wp !! length of the straight continuations, over the size of the curve
       real(wp), allocatable :: p(:, :), inner(:, :), box(:, :)
       integer, allocatable :: stack(:, :), more(:, :)
       real(wp) :: size_
@@ -526,7 +530,7 @@ contains
          p(:, 1) = curve%point(:, 1) - far * size_ * curve%tangent(:, 1)
          p(:, n + 2) = curve%point(:, 2) + far * size_ * curve%tangent(:, 2)
       end if
-      ! Node k of the tree has the children 2 k and 2 k + 1; segment i is the leaf leaves + i - 1.
+      ! Tree node k has the children 2 k and 2 k + 1; segment i is the leaf leaves + i - 1.
       leaves = 1
       do while (leaves < n + 1)
          leaves = 2 * leaves
@@ -550,7 +554,7 @@ contains
          top = top - 1
          if (any(box(1:2, a) > box(3:4, b)) .or. any(box(1:2, b) > box(3:4, a))) cycle
          if (a >= leaves) then
-            ! Both nodes are single segments. Neighbouring segments share a point, which is no intersection.
+            ! Both tree nodes are single segments. Neighbouring segments share a point, which does not count as an intersection.
             if (b - a < 2 .or. (curve%closed .and. b - a == n)) cycle
             i = a - leaves + 1
             crosses = segments_meet(p(:, i), p(:, i + 1), p(:, i + b - a), p(:, i + b - a + 1))
@@ -584,7 +588,7 @@ contains
 
    contains
 
-      !> Side of pq on which the point r is: 1 left, -1 right, 0 within rounding.
+      !> Side of the line pq on which point r is: 1 left, -1 right, 0 within rounding.
       pure real(wp) function side(p, q, r)
          real(wp), intent(in) :: p(2), q(2), r(2)
          side = (q(1) - p(1)) * (r(2) - p(2)) - (q(2) - p(2)) * (r(1) - p(1))

@@ -9,12 +9,12 @@ module obstacle_geometry
 
 contains
 
-   !> Signed distance to the obstacle, > 0 on the free side; hessian = bend * (tangent tangent^T).
+   !> Distance of a point to the obstacle, > 0 on the free side. The Hessian of the gap is bend * (tangent tangent^T).
    pure subroutine obstacle_gap(obstacle, x, gap, normal, bend)
       type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: x(2) !! point in the obstacle's own axes
-      real(wp), intent(out) :: gap !! [length]
-      real(wp), intent(out) :: normal(2)   !! unit gradient, towards the free side
+      real(wp), intent(in) :: x(2) !! point in the axes of the obstacle
+      real(wp), intent(out) :: gap !! distance to the surface [length], < 0 inside the obstacle
+      real(wp), intent(out) :: normal(2)   !! unit gradient of the gap, pointing to the free side
       real(wp), intent(out) :: bend        !! curvature of the gap function along the tangent
       type(foot_t) :: foot
       real(wp) :: d(2), r
@@ -43,25 +43,26 @@ contains
             bend = -bend
          end if
       case default
-         ! The normal is that of the curve: for a small gap the direction from the nearest point to x is undetermined.
+         ! The normal is that of the curve: for a small gap the direction from the nearest point to x would be undetermined.
          foot = nearest_point(obstacle%curve, x)
          normal = [-foot%tangent(2), foot%tangent(1)]
          gap = dot_product(x - foot%point, normal)
-         ! At a gap equal to the radius of curvature the nearest point is not unique; the curvature is set to zero.
+         ! If the gap equals the radius of curvature, the nearest point is not unique; the curvature is then set to zero.
          r = 1.0_wp - foot%curvature * gap
          bend = 0.0_wp
          if (r > epsilon(r)) bend = -foot%curvature / r
       end select
    end subroutine obstacle_gap
 
-   !> Change of a point's gap by a motion, with normal and curvature after the motion. For lines and circles the change has the
-   !> rounding error of the motion, not of the positions: a stiff foundation would multiply the latter.
+   !> Change of a point's gap caused by a motion, with the normal and the curvature after the motion. For lines and circles the
+   !> change has the rounding error of the motion, not of the positions; a stiff foundation would multiply the rounding error of
+   !> positions.
    pure subroutine moved_gap(obstacle, home, motion, at_home, change, normal, bend)
       type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: home(2), motion(2) !! position before, and displacement
+      real(wp), intent(in) :: home(2), motion(2) !! position before the motion; displacement
       real(wp), intent(out) :: at_home     !! gap before the motion
       real(wp), intent(out) :: change      !! change of the gap
-      real(wp), intent(out) :: normal(2), bend !! as in obstacle_gap
+      real(wp), intent(out) :: normal(2), bend !! unit normal and curvature after the motion, see obstacle_gap
       real(wp) :: gap, d(2)
       call obstacle_gap(obstacle, home, at_home, normal, bend)
       call obstacle_gap(obstacle, home + motion, gap, normal, bend)
@@ -79,16 +80,16 @@ contains
       end select
    end subroutine moved_gap
 
-   !> True for an obstacle with contact angles about a centre.
+   !> True for an obstacle with angles about a centre, by which contact is reported.
    pure logical function has_angle(obstacle)
       type(obstacle_t), intent(in) :: obstacle
       has_angle = obstacle%kind == obstacle_circle .or. obstacle%kind == obstacle_arc
    end function has_angle
 
-   !> Direction of a point from the centre, in degrees from the reference direction, in (-180, 180].
+   !> Direction from the centre to a point, in degrees from the reference direction, in (-180, 180].
    pure real(wp) function contact_angle(obstacle, x) result(angle)
-      type(obstacle_t), intent(in) :: obstacle !! has_angle is true
-      real(wp), intent(in) :: x(2)             !! position in the obstacle's own axes
+      type(obstacle_t), intent(in) :: obstacle !! obstacle for which has_angle is true
+      real(wp), intent(in) :: x(2)             !! position in the axes of the obstacle
       real(wp) :: d(2), c, s
       d = x - obstacle%centre
       c = cos(obstacle%reference_angle)
@@ -98,8 +99,8 @@ contains
 
    !> True if the contact angle increases along a rod through point x in direction `tangent`.
    pure logical function turns_forward(obstacle, x, tangent)
-      type(obstacle_t), intent(in) :: obstacle !! has_angle is true
-      real(wp), intent(in) :: x(2), tangent(2) !! position; unit direction of the rod
+      type(obstacle_t), intent(in) :: obstacle !! obstacle for which has_angle is true
+      real(wp), intent(in) :: x(2), tangent(2) !! position in the axes of the obstacle; unit direction of the rod
       real(wp) :: d(2)
       d = x - obstacle%centre
       turns_forward = d(1) * tangent(2) - d(2) * tangent(1) > 0.0_wp
@@ -108,21 +109,21 @@ contains
    !> Adds full turns to the angle at the end of a contact region, so that it differs from the angle at the start by about length
    !> over radius, forward or backward.
    pure subroutine unwrap_angle(obstacle, length, forward, start, end)
-      type(obstacle_t), intent(in) :: obstacle !! has_angle is true
-      real(wp), intent(in) :: length           !! stress-free length of the region
+      type(obstacle_t), intent(in) :: obstacle !! obstacle for which has_angle is true
+      real(wp), intent(in) :: length           !! stress-free length of the contact region
       logical, intent(in) :: forward           !! true: the angle increases
-      real(wp), intent(in) :: start            !! [degrees] at the start
-      real(wp), intent(inout) :: end           !! [degrees] in: in (-180, 180]
+      real(wp), intent(in) :: start            !! angle at the start of the region [degrees]
+      real(wp), intent(inout) :: end           !! angle at the end of the region [degrees]; in: between -180 and 180
       real(wp) :: span
       span = length / obstacle%radius / degree
       if (.not. forward) span = -span
       end = end + 360.0_wp * anint((start + span - end) / 360.0_wp)
    end subroutine unwrap_angle
 
-   !> Curvature d(angle)/ds of a rod on the obstacle through point x in direction `tangent`.
+   !> Curvature d(angle)/ds of a rod that lies on the obstacle, passes through x and has the direction `tangent` there.
    pure real(wp) function contact_curvature(obstacle, x, tangent) result(curvature)
       type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: x(2)         !! on the surface, or on a curve at constant distance from it
+      real(wp), intent(in) :: x(2)         !! point on the surface, or on a curve at constant distance from it
       real(wp), intent(in) :: tangent(2)   !! unit direction of the rod
       real(wp) :: gap, normal(2), bend
       call obstacle_gap(obstacle, x, gap, normal, bend)

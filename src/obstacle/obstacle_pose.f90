@@ -1,8 +1,8 @@
-!> Position of an obstacle: a rigid body that is displaced and rotated about a pivot.
+!> Present position of an obstacle: a rigid body that is displaced and rotated about a pivot.
 !>
-!> A point X of the body, in the axes in which the deck gives its shape, is at x = c + d + R (X - c), with the pivot c, its
-!> displacement d and the rotation R. Gaps, curvatures and lengths along the track are those in the body's axes; directions rotate
-!> with R.
+!> A point X of the body, in the axes in which the deck gives its shape, is at x = c + d + R (X - c), with the pivot c, the
+!> displacement d of the pivot and the rotation matrix R. Gaps, curvatures and lengths along the track are the same in the axes of
+!> the body; directions rotate with R.
 module obstacle_pose
    use kinds, only: wp
    use obstacle_track, only: track_t
@@ -20,7 +20,7 @@ module obstacle_pose
 
 contains
 
-   !> Position in the body's axes of a point in space.
+   !> Position in the axes of the body of a point given in space.
    pure function own_place(self, x) result(own)
       class(pose_t), intent(in) :: self
       real(wp), intent(in) :: x(2)
@@ -29,7 +29,7 @@ contains
       own = own + turned_less(-self%turn, own - self%pivot)
    end function own_place
 
-   !> Displacement of a point relative to the body, own_place(home + motion) - home, without the rounding of positions.
+   !> Displacement of a point relative to the body, own_place(home + motion) - home, without the rounding error of positions.
    pure function own_motion(self, home, motion) result(own)
       class(pose_t), intent(in) :: self
       real(wp), intent(in) :: home(2), motion(2)
@@ -38,7 +38,7 @@ contains
       own = own + turned_less(-self%turn, home - self%pivot + own)
    end function own_motion
 
-   !> Components in the body's axes of a vector in space.
+   !> Components, in the axes of the body, of a vector given in space.
    pure function own_direction(self, v) result(own)
       class(pose_t), intent(in) :: self
       real(wp), intent(in) :: v(2)
@@ -46,7 +46,7 @@ contains
       own = v + turned_less(-self%turn, v)
    end function own_direction
 
-   !> Vector in space of components in the body's axes.
+   !> Vector in space that has given components in the axes of the body.
    pure function direction(self, own) result(v)
       class(pose_t), intent(in) :: self
       real(wp), intent(in) :: own(2)
@@ -54,7 +54,7 @@ contains
       v = own + turned_less(self%turn, own)
    end function direction
 
-   !> Position in space of a point in the body's axes.
+   !> Position in space of a point given in the axes of the body.
    pure function place(self, own) result(x)
       class(pose_t), intent(in) :: self
       real(wp), intent(in) :: own(2)
@@ -62,10 +62,10 @@ contains
       x = own + self%shift + turned_less(self%turn, own - self%pivot)
    end function place
 
-   !> Point of the track in space. Arc lengths, curvatures and numbers of pieces are the same.
+   !> Point of the track in space. Arc lengths, curvatures and numbers of pieces are unchanged.
    pure type(track_t) function placed(self, own) result(track)
       class(pose_t), intent(in) :: self
-      type(track_t), intent(in) :: own         !! in the body's axes
+      type(track_t), intent(in) :: own         !! point of the track in the axes of the body
       track = own
       track%place = self%place(own%place)
       track%tangent = self%direction(own%tangent)
@@ -79,22 +79,22 @@ contains
       arm = x - self%shift - self%pivot
    end function arm
 
-   !> Motion of a body at a point (rows) by the displacements and the rotation of its pivot (columns).
+   !> Matrix from the displacements and the rotation of a body's pivot (columns) to the motion of a point of the body (rows).
    pure function rigid_motion(arm) result(motion)
-      real(wp), intent(in) :: arm(2)           !! from the pivot to the point
+      real(wp), intent(in) :: arm(2)           !! vector from the pivot to the point
       real(wp) :: motion(3, 3)
       motion = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, -arm(2), arm(1), 1.0_wp], [3, 3])
    end function rigid_motion
 
-   !> A force at a point, as force and moment about the pivot.
+   !> A force at a point, expressed as force and moment about the pivot.
    pure function about_pivot(arm, force) result(both)
-      real(wp), intent(in) :: arm(2)           !! from the pivot to the point
+      real(wp), intent(in) :: arm(2)           !! vector from the pivot to the point
       real(wp), intent(in) :: force(2)         !! force at the point
       real(wp) :: both(3)
       both = [force, arm(1) * force(2) - arm(2) * force(1)]
    end function about_pivot
 
-   !> (R - 1) v, in a form without cancellation; exactly zero without rotation.
+   !> (R - 1) v for the rotation matrix R, in a form without cancellation; exactly zero without rotation.
    pure function turned_less(turn, v) result(change)
       real(wp), intent(in) :: turn, v(2)
       real(wp) :: change(2), half

@@ -1,17 +1,17 @@
-!> Curves of obstacles as decks describe them: arcs, polylines with rounded corners, including closed ones of arcs only, and
-!> splines.
+!> Curves of obstacles as decks describe them: arcs, polylines with rounded corners (also closed ones that consist of arcs only),
+!> and splines.
 module obstacle_shapes
    use kinds, only: wp, pi
    use quintic_spline, only: spline_derivatives, hermite_coefficients, ends_straight, ends_meet
    use obstacle_curve, only: obstacle_curve_t, piece_t, straight_piece, arc_piece, quintic_pieces, join_pieces
    implicit none
    private
-   public :: arc_curve, ellipse_points, polyline_curve, round_and_round, misfit, spline_curve, mirrored, corner_turn, &
+   public :: arc_curve, ellipse_points, polyline_curve, with_neighbours_added, misfit, spline_curve, mirrored, corner_turn, &
       & widest_corner_radius, default_corner_radius
 
-   real(wp), parameter :: straight_on = 1.0e-9_wp   !! [rad] corners with a smaller turn are ignored
-   real(wp), parameter :: same = 1.0e-9_wp          !! part of a curve's size, and [rad], within which images close it
-   real(wp), parameter :: default_share = 0.1_wp    !! largest part of a segment for a corner by default
+   real(wp), parameter :: straight_on = 1.0e-9_wp   !! corners with a smaller turn are ignored [rad]
+   real(wp), parameter :: same = 1.0e-9_wp !! accuracy with which mirror images close a curve: part of the curve's size, and [rad]
+   real(wp), parameter :: default_share = 0.1_wp    !! largest part of a segment that a corner takes by default
 
 contains
 
@@ -22,14 +22,15 @@ contains
       curve = join_pieces([arc_piece(centre, radius, start_angle, end_angle - start_angle)], closed=.false.)
    end function arc_curve
 
-   !> Points of an ellipse, the last equal to the first, so many that the closed spline through them deviates by rounding only.
+   !> Points of an ellipse, the last one equal to the first. They are so many that the closed spline through them deviates by
+   !> rounding only.
    pure function ellipse_points(centre, half, turn, anticlockwise) result(point)
       real(wp), intent(in) :: centre(2)       !! centre of the ellipse
       real(wp), intent(in) :: half(2)         !! half axes, positive
-      real(wp), intent(in) :: turn            !! [rad] direction of the first axis
-      logical, intent(in) :: anticlockwise    !! true: inside is on the left
-      real(wp), allocatable :: point(:, :)    !! (2, points)
-      integer, parameter :: circle = 256      ! points on a circle: the error h^6/720 of a quintic is 3e-13 of the radius
+      real(wp), intent(in) :: turn            !! direction of the first axis [rad]
+      logical, intent(in) :: anticlockwise    !! true: the inside of the ellipse is on the left
+      real(wp), allocatable :: point(:, :)    !! (2, points) positions
+      integer, parameter :: circle = 256 ! number of points on a circle: the error h^6/720 of a quintic is then 3e-13 of the radius
       real(wp) :: t, d(2)
       integer :: i, n
       n = circle * ceiling(sqrt(maxval(half) / minval(half)))
@@ -43,29 +44,30 @@ contains
       point(:, n + 1) = point(:, 1)
    end function ellipse_points
 
-   !> Points of a polyline. If it is closed, two more points are added at each end, so that each of its own points has a turn.
-   pure function round_and_round(point, closed) result(all_points)
-      real(wp), intent(in) :: point(:, :)     !! (2, points)
-      logical, intent(in) :: closed           !! true: the last point is the first one
+   !> Points of a polyline. If it is closed, two points are added at each end, so that each of its own points has neighbours on both
+   !> sides.
+   pure function with_neighbours_added(point, closed) result(all_points)
+      real(wp), intent(in) :: point(:, :)     !! (2, points) positions
+      logical, intent(in) :: closed           !! true: the last point equals the first
       real(wp), allocatable :: all_points(:, :)
       integer :: n
       n = size(point, 2)
       all_points = point
       if (closed) all_points = reshape([point(:, n - 1:n), point, point(:, 1:2)], [2, n + 4])
-   end function round_and_round
+   end function with_neighbours_added
 
-   !> Straight segments through distinct points, with corners rounded by arcs.
+   !> Straight segments through distinct points; the corners are rounded by arcs.
    function polyline_curve(point, radius, closed) result(curve)
-      real(wp), intent(in) :: point(:, :)     !! (2, 2 or more), of round_and_round
-      real(wp), intent(in) :: radius(:)       !! of the corner at each point, such that all fit: see misfit
+      real(wp), intent(in) :: point(:, :)     !! (2, 2 or more) points from with_neighbours_added
+      real(wp), intent(in) :: radius(:)       !! radius of the corner at each point; all corners must fit, see misfit
       logical, intent(in) :: closed
       type(obstacle_curve_t) :: curve
       type(piece_t), allocatable :: piece(:)
       real(wp) :: at(2), before(2), start(2), turn, centre(2), arm(2)
       integer :: i, n, pieces, beyond
       n = size(point, 2)
-      beyond = merge(2, 0, closed)            ! points of other rounds at either end
-      allocate (piece(2 * n))                 ! no more than that
+      beyond = merge(2, 0, closed)            ! number of added points at either end
+      allocate (piece(2 * n))                 ! upper bound of the number of pieces
       pieces = 0
       at = point(:, 1)
       if (closed) at = point(:, 2) + radius(2) * cut(point, 2) * unit(point(:, 3) - point(:, 2))
@@ -96,10 +98,10 @@ contains
    end function polyline_curve
 
    !> Quintic spline through distinct points, with the chord length as parameter. The pressure of a rod along the curve contains EI
-   !> times the second derivative of the curvature and is continuous.
+   !> times the second derivative of the curvature, which is continuous.
    function spline_curve(point, closed) result(curve)
-      real(wp), intent(in) :: point(:, :)     !! (2, 2 or more); of a closed spline 4 or more, the last one is the first one
-      logical, intent(in), optional :: closed !! true: periodic (default false)
+      real(wp), intent(in) :: point(:, :) !! (2, 2 or more) points; a closed spline has 4 or more, the last one equal to the first
+      logical, intent(in), optional :: closed !! true: the spline is periodic (default: false)
       type(obstacle_curve_t) :: curve
       type(piece_t), allocatable :: piece(:), more(:), next(:)
       real(wp), dimension(size(point, 2), 2) :: value, slope, bend
@@ -135,16 +137,16 @@ contains
       curve = join_pieces(piece(:pieces), meets)
    end function spline_curve
 
-   !> Points of a curve continued by mirror images beyond those ends whose direction is given; the mirror is normal to the curve
-   !> there. Beyond one end there is one image; with mirrors at both ends there are as many images as close the curve, and the last
-   !> point is equal to the first.
+   !> Points of a curve, continued by mirror images beyond those ends whose direction is given; the mirror is normal to the curve at
+   !> the end. With one mirror there is one image. With mirrors at both ends there are as many images as close the curve, and the
+   !> last point is equal to the first.
    function mirrored(point, at, direction, closed) result(all_points)
-      real(wp), intent(in) :: point(:, :)     !! (2, 2 or more)
-      logical, intent(in) :: at(2)            !! true: a mirror at the first, at the last point
-      real(wp), intent(in) :: direction(2)    !! [rad] of the curve there
-      logical, intent(out) :: closed          !! false with two mirrors: the images do not close
-      real(wp), allocatable :: all_points(:, :) !! (2, points)
-      integer, parameter :: most = 24         ! copies: mirrors at angles down to 15 degrees
+      real(wp), intent(in) :: point(:, :)     !! (2, 2 or more) points of the curve
+      logical, intent(in) :: at(2)            !! true: there is a mirror at the first point; at the last point
+      real(wp), intent(in) :: direction(2)    !! direction of the curve at the first and at the last point [rad]
+      logical, intent(out) :: closed          !! true: the images close the curve; with two mirrors false is a failure
+      real(wp), allocatable :: all_points(:, :) !! (2, points) points with their mirror images
+      integer, parameter :: most = 24         ! largest number of copies: mirrors at angles down to 15 degrees
       real(wp) :: t(2), angle(2), arm(2, size(point, 2) - 1)
       integer :: copy, n, m
       closed = .false.
@@ -161,7 +163,7 @@ contains
          arm = all_points(:, n - 1:n - m + 1:-1) - spread(all_points(:, n), 2, m - 1)
          arm = arm - 2.0_wp * spread(t, 2, m - 1) * spread(matmul(t, arm), 1, 2)
          all_points = reshape([all_points, spread(all_points(:, n), 2, m - 1) + arm], [2, n + m - 1])
-         ! The image ends in the mirrored and reversed direction of the beginning of its original.
+         ! The image ends in the direction of the original's beginning, mirrored and reversed.
          angle = [angle(2), 2.0_wp * angle(2) - angle(1)]
          n = size(all_points, 2)
          closed = all(at) .and. norm2(all_points(:, n) - point(:, 1)) <= same * norm2(all_points(:, n) - all_points(:, n / 2)) &
@@ -182,10 +184,10 @@ contains
       turn = atan2(a(1) * b(2) - a(2) * b(1), dot_product(a, b))
    end function corner_turn
 
-   !> Number of the first point whose corner does not fit together with the previous corner on the segment between them; 0: all fit.
+   !> Number of the first point whose corner does not fit on its segment together with the previous corner; 0: all corners fit.
    pure integer function misfit(point, radius)
-      real(wp), intent(in) :: point(:, :)     !! of round_and_round
-      real(wp), intent(in) :: radius(:)       !! of the corner at each point
+      real(wp), intent(in) :: point(:, :)     !! (2, points) points from with_neighbours_added
+      real(wp), intent(in) :: radius(:)       !! radius of the corner at each point
       do misfit = 2, size(point, 2)
          if (radius(misfit - 1) * cut(point, misfit - 1) + radius(misfit) * cut(point, misfit) > &
             & (1.0_wp + same) * norm2(point(:, misfit) - point(:, misfit - 1))) return
@@ -193,7 +195,7 @@ contains
       misfit = 0
    end function misfit
 
-   !> Largest radius for which all corners of a polyline fit on its segments; huge without corners.
+   !> Largest radius for which all corners of a polyline fit on its segments; huge if there are no corners.
    pure real(wp) function widest_corner_radius(point) result(radius)
       real(wp), intent(in) :: point(:, :)
       real(wp) :: need
@@ -205,7 +207,7 @@ contains
       end do
    end function widest_corner_radius
 
-   !> Largest radius for which no corner takes more than a tenth of a segment beside it; 0 without corners.
+   !> Largest radius for which no corner takes more than a tenth of a segment beside it; 0 if there are no corners.
    pure real(wp) function default_corner_radius(point) result(radius)
       real(wp), intent(in) :: point(:, :)
       real(wp) :: need
@@ -218,7 +220,7 @@ contains
       if (radius >= huge(radius)) radius = 0.0_wp
    end function default_corner_radius
 
-   !> Length by which the rounded corner at point i shortens both segments beside it, per unit of radius.
+   !> Length by which the rounded corner at point i shortens the two segments beside it, for a radius of 1.
    pure real(wp) function cut(point, i)
       real(wp), intent(in) :: point(:, :)
       integer, intent(in) :: i

@@ -1,14 +1,15 @@
-!> Track of an obstacle: the curve at constant distance from its surface, on the free side, along which the axis of a rod in line
-!> contact runs. The free side is to the left of the track: the track has the direction from the first to the second point of a
-!> line, and that of curves; it is counterclockwise within circles and clockwise around them.
+!> Track of an obstacle: the curve at a constant distance from its surface on the free side, along which the axis of a rod in line
+!> contact runs. The free side is to the left of the track. The track has the direction from the first to the second point of a
+!> line, and the direction of a curve; it is counterclockwise inside circles and clockwise around them.
 !>
 !> With the curvature k (> 0 to the left) and arc length s of the surface, the track at the distance d has
 !>   d(sigma) = (1 - k d) ds,   curvature k / (1 - k d),   its derivatives by sigma by the chain rule,
 !> so that sigma = s - d * (turn of the surface to the left). The track exists only if d is smaller than the radius of every turn to
 !> the left.
 !>
-!> The track's curvature may jump at joints of arcs and straight pieces. To follow the track beyond such a joint, a rod would need a
-!> couple of EI times the jump there, which no one-sided obstacle exerts; it bridges the joint, see lifted_node.
+!> The curvature of the track may jump at joints of arcs and straight pieces. To follow the track across such a joint a rod would
+!> need a couple of EI times the jump, which a one-sided obstacle cannot exert. The rod therefore bridges the joint, see
+!> lifted_node.
 module obstacle_track
    use kinds, only: wp, pi
    use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle
@@ -20,27 +21,28 @@ module obstacle_track
 
    !> A point of the track.
    type :: track_t
-      real(wp) :: sigma = 0.0_wp             !! arc length of the track; lines and curves: from the first point, circles: angle from
-      !! the x axis times the radius of the track, increasing in its direction
+      real(wp) :: sigma = 0.0_wp !! arc length of the track: for lines and curves from the first point; for circles the angle from
+      !! the x axis times the radius of the track, increasing in the direction of the track
       real(wp) :: place(2) = 0.0_wp
-      real(wp) :: tangent(2) = 0.0_wp        !! unit vector, the free side on its left
-      real(wp) :: curvature = 0.0_wp         !! d(angle)/d(sigma), > 0 where the track turns left
+      real(wp) :: tangent(2) = 0.0_wp        !! unit tangent; the free side is on its left
+      real(wp) :: curvature = 0.0_wp         !! d(angle)/d(sigma), > 0 if the track turns to the left
       real(wp) :: curvature_rate = 0.0_wp    !! first derivative of the curvature by sigma
       real(wp) :: curvature_second = 0.0_wp  !! second derivative of the curvature by sigma
-      integer :: piece = 0                   !! piece of a curve, as in foot_t
-      real(wp) :: averaged = 0.0_wp          !! argument `near` of track_at: mean curvature of an interval minus the curvature of
-      !! its piece (track_between)
+      integer :: piece = 0                   !! number of the piece of a curve, see foot_t
+      real(wp) :: averaged = 0.0_wp !! for argument `near` of track_at: mean curvature of an interval minus the curvature of the
+      !! interval's piece (track_between)
    end type track_t
 
-   real(wp), parameter :: at_joint = 1.0e-6_wp !! part of an interval of the track: an end this close to a joint is at the joint
+   real(wp), parameter :: at_joint = 1.0e-6_wp !! distance from a joint, as part of an interval of the track, up to which an end of
+   !! the interval counts as at the joint
 
 contains
 
-   !> Nearest point to x on the track, in the obstacle's own axes.
+   !> Point of the track nearest to x, in the axes of the obstacle.
    pure type(track_t) function track_foot(obstacle, offset, x) result(track)
       type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: offset      !! distance from the surface, > 0 towards the free side
-      real(wp), intent(in) :: x(2)        !! point in the obstacle's own axes
+      real(wp), intent(in) :: offset      !! distance of the track from the surface, > 0 towards the free side
+      real(wp), intent(in) :: x(2)        !! point in the axes of the obstacle
       type(foot_t) :: foot
       real(wp) :: d(2)
       select case (obstacle%kind)
@@ -60,17 +62,17 @@ contains
       end select
    end function track_foot
 
-   !> Point of the track at arc length sigma. On closed curves the numbers of pieces continue from round to round, in both
-   !> directions.
+   !> Point of the track at arc length sigma. On closed curves the numbers of pieces continue from turn to turn, in both directions.
    !>
-   !> On curves the search starts on the piece of `near` and passes to a neighbour only if the curvature does not jump (quintic
-   !> pieces). Otherwise the piece is continued beyond its end, straight or circular, so that nothing jumps within Newton's method.
-   !> In an interval with a jump (track_between) only the curvature is that of the piece; position and direction are the track's.
+   !> On curves the search starts on the piece of `near` and passes to a neighbouring piece only if the curvature does not jump
+   !> there (quintic pieces). Otherwise the piece is continued beyond its end, straight or circular, so that nothing jumps within
+   !> Newton's method. In an interval with a jump (track_between) only the curvature is that of the piece; position and direction
+   !> are those of the track.
    pure type(track_t) function track_at(obstacle, offset, sigma, near) result(track)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset !! distance of the track from the surface
       real(wp), intent(in) :: sigma  !! arc length of the track
-      type(track_t), intent(in) :: near   !! a point of the piece, see track_between
+      type(track_t), intent(in) :: near   !! a point of the piece on which the search starts, see track_between
       type(track_t) :: on
       real(wp) :: angle
       select case (obstacle%kind)
@@ -93,8 +95,9 @@ contains
    pure type(track_t) function walk_to(obstacle, offset, sigma, from, everywhere) result(track)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset, sigma
-      integer, intent(in) :: from         !! number of the first piece
-      logical, intent(in) :: everywhere   !! false: not to a piece whose curvature differs; the last piece is continued instead
+      integer, intent(in) :: from         !! number of the piece on which the search starts
+      logical, intent(in) :: everywhere !! true: the search passes to any piece; false: not to a piece with a different curvature,
+      !! and the last piece is continued instead
       integer :: i
       i = from
       associate (n => size(obstacle%curve%piece), closed => obstacle%curve%closed)
@@ -113,7 +116,7 @@ contains
       track%sigma = sigma
    end function walk_to
 
-   !> Signed arc length from one point of the track to another; on circles and closed curves the shorter direction.
+   !> Arc length from one point of the track to another, with sign; on circles and closed curves in the shorter direction.
    pure real(wp) function track_ahead(obstacle, offset, from, to) result(ahead)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset !! distance of the track from the surface
@@ -124,7 +127,7 @@ contains
       if (round > 0.0_wp) ahead = ahead - round * anint(ahead / round)
    end function track_ahead
 
-   !> Length of the track once round; 0 if it is not closed.
+   !> Length of one turn around a closed track; 0 if the track is not closed.
    pure real(wp) function round_length(obstacle, offset) result(round)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset
@@ -136,7 +139,7 @@ contains
       end associate
    end function round_length
 
-   !> A point of a closed curve, with arc length and number of its piece in the round of another point.
+   !> A point of a closed curve, with arc length and piece number of the turn to which another point belongs.
    pure type(track_t) function same_round(obstacle, offset, track, near) result(same)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset
@@ -149,7 +152,7 @@ contains
       same%piece = track%piece - rounds * size(obstacle%curve%piece)
    end function same_round
 
-   !> Piece of the curve that belongs to a number in any round of a closed curve.
+   !> Piece of the curve with a given number, which may belong to any turn around a closed curve.
    pure integer function piece_of(obstacle, number) result(i)
       type(obstacle_t), intent(in) :: obstacle
       integer, intent(in) :: number
@@ -160,11 +163,12 @@ contains
    !> True if the curvature jumps at the end of a piece.
    pure logical function jumps_behind(obstacle, number) result(jumps)
       type(obstacle_t), intent(in) :: obstacle
-      integer, intent(in) :: number       !! of the piece, in any round; open curves: 0 is the first continuation
+      integer, intent(in) :: number !! number of the piece, in any turn; on open curves 0 is the straight continuation before the
+      !! curve
       jumps = obstacle%curve%jumps(piece_of(obstacle, number))
    end function jumps_behind
 
-   !> A point for the argument `near` of track_at: it lies on the piece that contains the middle of the track interval between two
+   !> A point for the argument `near` of track_at. It is on the piece that contains the middle of the track interval between two
    !> given points, because end points at a joint may belong to either piece. If the curvature jumps inside the interval, the
    !> curvature of the piece is shifted so that the interval turns by its true angle. The curvature, and with it the moment of a rod
    !> along the interval, is then a continuous function of the end points, even if one of them passes the joint.
@@ -191,13 +195,13 @@ contains
       end do
    end function track_between
 
-   !> A point of the track as a point of the piece (or straight continuation) beyond the nearer joint with a jump of curvature; the
-   !> point itself if no such joint is within the given distance.
+   !> A point of the track, expressed as a point of the piece (or straight continuation) beyond the nearest joint with a jump of
+   !> curvature; the point itself if no such joint is within the given distance.
    pure type(track_t) function across_joint(obstacle, offset, track, reach) result(other)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset !! distance of the track from the surface
       type(track_t), intent(in) :: track
-      real(wp), intent(in) :: reach       !! along the track
+      real(wp), intent(in) :: reach       !! largest distance to the joint along the track
       real(wp) :: nearest, away
       integer :: side, i, next
       other = track
@@ -223,12 +227,12 @@ contains
    pure subroutine joints_between(obstacle, offset, first, last, share, jump)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset             !! distance of the track from the surface
-      type(track_t), intent(in) :: first, last   !! in either order
+      type(track_t), intent(in) :: first, last   !! ends of the interval, in either order
       real(wp), allocatable, intent(out) :: share(:) !! (joints) fractions, 0 to 1
-      real(wp), allocatable, intent(out), optional :: jump(:) !! (joints) jump of the track's curvature in the direction of the
+      real(wp), allocatable, intent(out), optional :: jump(:) !! (joints) jump of the track's curvature, in the direction of the
       !! track
       type(track_t) :: other
-      integer, allocatable :: behind(:)          ! piece behind each joint
+      integer, allocatable :: behind(:)          ! number of the piece behind each joint
       integer :: i
       other = same_round(obstacle, offset, last, first)
       behind = [(i, i=min(first%piece, other%piece) + 1, max(first%piece, other%piece))]
@@ -242,11 +246,11 @@ contains
       if (present(jump)) jump = [(jump_at(obstacle, offset, behind(i)), i=1, size(behind))]
    end subroutine joints_between
 
-   !> Jump of the track's curvature at the beginning of a piece; 0 within the rounding of splines.
+   !> Jump of the track's curvature at the beginning of a piece; 0 if it is within the rounding of splines.
    pure real(wp) function jump_at(obstacle, offset, number) result(jump)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset
-      integer, intent(in) :: number       !! of the piece, in any round
+      integer, intent(in) :: number       !! number of the piece, in any turn
       type(track_t) :: before, behind
       jump = 0.0_wp
       if (.not. jumps_behind(obstacle, number - 1)) return
@@ -284,7 +288,7 @@ contains
    pure type(track_t) function on_circle(obstacle, offset, sigma, d) result(track)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset, sigma
-      real(wp), intent(in) :: d(2)        !! direction from the centre
+      real(wp), intent(in) :: d(2)        !! unit vector from the centre to the point
       real(wp) :: r, sense
       sense = circle_sense(obstacle)
       r = track_radius(obstacle, offset)
@@ -306,7 +310,8 @@ contains
       track_radius = obstacle%radius - circle_sense(obstacle) * offset
    end function track_radius
 
-   !> Arc length of the track at the beginning of piece i, 1 to pieces + 1; the first continuation extends from 0 backwards.
+   !> Arc length of the track at the beginning of piece i, 1 to pieces + 1; the continuation before the curve extends from 0
+   !> backwards.
    pure real(wp) function piece_start(obstacle, offset, i) result(sigma)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset
@@ -319,7 +324,7 @@ contains
       if (k /= i) sigma = sigma + ((i - k) / size(obstacle%curve%piece)) * round_length(obstacle, offset)
    end function piece_start
 
-   !> Arc length of the track from the beginning of a piece, or of a continuation, to its parameter t.
+   !> Arc length of the track from the beginning of a piece, or of a continuation, to the point with parameter t.
    pure real(wp) function piece_length(obstacle, offset, i, t) result(length)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset
@@ -333,7 +338,7 @@ contains
       if (abs(offset) > 0.0_wp) length = length - offset * turned_angle(obstacle%curve, k, t)
    end function piece_length
 
-   !> Point of the track at parameter t of a piece, without its arc length.
+   !> Point of the track at parameter t of a piece; its arc length is not set.
    pure type(track_t) function on_piece(obstacle, offset, i, t) result(track)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset
@@ -376,15 +381,15 @@ contains
       track%curvature_second = k(2) / stretch**4 + 3 * offset * k(1)**2 / stretch**5
    end function on_piece
 
-   !> Direction of a polynomial piece and its curvature with two derivatives by the arc length.
+   !> Direction of a polynomial piece, its curvature, and two derivatives of the curvature by the arc length.
    pure subroutine polynomial_curvature(d, tangent, k)
-      real(wp), intent(in) :: d(2, 0:5)   !! derivatives by the parameter
+      real(wp), intent(in) :: d(2, 0:5)   !! derivatives of the position by the parameter
       real(wp), intent(out) :: tangent(2), k(0:2)
       real(wp) :: speed, growth, by_t, twice_by_t
       associate (d1 => d(:, 1), d2 => d(:, 2), d3 => d(:, 3), d4 => d(:, 4))
          speed = norm2(d1)
          tangent = d1 / speed
-         growth = dot_product(d1, d2) / speed**2 ! derivative of the speed by t over the speed
+         growth = dot_product(d1, d2) / speed**2 ! derivative of the speed by t, over the speed
          k(0) = cross(d1, d2) / speed**3
          by_t = cross(d1, d3) / speed**3 - 3 * k(0) * growth
          twice_by_t = (cross(d2, d3) + cross(d1, d4)) / speed**3 - 3 * growth * cross(d1, d3) / speed**3 - 3 * by_t * growth - &
@@ -400,7 +405,7 @@ contains
       real(wp), intent(in) :: offset
       integer, intent(in) :: i
       real(wp), intent(in) :: sigma
-      ! Newton's method converges quadratically: after a smaller step the remaining error is below rounding.
+      ! Newton's method converges quadratically: if this step is smaller, the remaining error is below rounding.
       real(wp), parameter :: last_step = 1.0e-9_wp
       real(wp) :: local, step, x(2), d(2), dd(2)
       integer :: iteration, which

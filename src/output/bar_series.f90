@@ -1,4 +1,4 @@
-!> Columns of the monitors, and of the error bars of load factor and monitors.
+!> Columns of a table for the monitors, and for the error bars of load factor and monitors.
 module bar_series
    use kinds, only: wp
    use model, only: model_t
@@ -20,15 +20,15 @@ module bar_series
    !> Columns of load factor and monitors.
    type :: value_columns_t
       private
-      logical, public :: with_bars = .false.      !! true: they have error bars
-      type(words_t), allocatable :: monitor(:)    !! in the deck's order
+      logical, public :: with_bars = .false.      !! true: load factor and monitors have error bars
+      type(words_t), allocatable :: monitor(:)    !! words of each monitor's column, in the deck's order
    end type value_columns_t
 
 contains
 
-   !> Collects the words of the columns, and creates their groups in the group of a table.
+   !> Collects the words of the columns, and creates their groups inside the group of a table.
    subroutine open_values(values, file, model, group)
-      type(value_columns_t), intent(inout) :: values !! with_bars is set
+      type(value_columns_t), intent(inout) :: values !! in: with_bars is set
       type(hdf5_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
       character(*), intent(in) :: group           !! full path of the table
@@ -44,8 +44,8 @@ contains
    subroutine put_values(set, values, group, value)
       type(series_set_t), intent(inout) :: set
       type(value_columns_t), intent(in) :: values
-      character(*), intent(in) :: group           !! of the columns, below that of the table
-      real(wp), intent(in) :: value(:)            !! (monitors)
+      character(*), intent(in) :: group           !! group of the columns, inside that of the table
+      real(wp), intent(in) :: value(:)            !! (monitors) values
       integer :: i
       do i = 1, size(values%monitor)
          associate (words => values%monitor(i))
@@ -54,12 +54,12 @@ contains
       end do
    end subroutine put_values
 
-   !> Columns of the error bars and corrected values, if there are any.
+   !> Adds columns of the error bars and corrected values, if there are any.
    subroutine put_bars(set, values, load_factor, monitor, bars)
       type(series_set_t), intent(inout) :: set
       type(value_columns_t), intent(in) :: values
       real(wp), intent(in) :: load_factor, monitor(:)
-      type(error_bars_t), intent(in), optional :: bars !! if not allocated, they count as absent
+      type(error_bars_t), intent(in), optional :: bars !! error bars; if not allocated, they count as missing
       type(error_bar_t) :: load, bar(size(monitor))
       if (.not. values%with_bars) return
       if (present(bars)) then

@@ -1,4 +1,4 @@
-!> Summary of the deck as the program has understood it: the first part of the listing.
+!> Summary of the deck as the program has interpreted it: the first part of the listing.
 module deck_summary
    use kinds, only: wp, degree
    use cross_section, only: varies
@@ -16,18 +16,18 @@ module deck_summary
    private
    public :: write_deck_summary
 
-   integer, parameter :: margin = 14              !! width of the left column of words
+   integer, parameter :: margin = 14              !! width of the left column, which contains words
 
 contains
 
    !> Writes heading and summary: mesh, supports, sections, obstacles, contacts, monitors, steps with their loads.
    subroutine write_deck_summary(unit, model, version, deck, results, load_sum)
-      integer, intent(in) :: unit                 !! open for formatted writing
+      integer, intent(in) :: unit                 !! unit number, open for formatted writing
       type(model_t), intent(in) :: model
-      character(*), intent(in) :: version         !! of the program
+      character(*), intent(in) :: version         !! version of the program
       character(*), intent(in) :: deck            !! name of the deck, or <stdin>
-      character(*), intent(in) :: results         !! name of the result file; blank: no file
-      real(wp), intent(in) :: load_sum(:, :)      !! (3, steps) of all loads: force in x and y, moment about the origin
+      character(*), intent(in) :: results         !! name of the result file; blank: there is none
+      real(wp), intent(in) :: load_sum(:, :)      !! (3, steps) sum of all loads: force in x, force in y, moment about the origin
       character(:), allocatable :: text
       integer :: i
       call line('', 'unilat '//trim(version))
@@ -141,7 +141,7 @@ contains
          end do
       end subroutine write_sections
 
-      !> What stops or springs at nodes do.
+      !> Description of stops or springs at nodes.
       pure function acts(obstacle) result(text)
          type(obstacle_t), intent(in) :: obstacle
          character(:), allocatable :: text
@@ -218,7 +218,7 @@ contains
          end do
       end function is_touched
 
-      !> Name of a contact's obstacle, or of all pieces of its wall.
+      !> Name of the obstacle of a contact, or names of all pieces of its wall.
       pure function wall_text(contact) result(text)
          type(contact_t), intent(in) :: contact
          character(:), allocatable :: text
@@ -242,7 +242,7 @@ contains
          if (allocated(contact%needs)) text = text//': along the rod it needs '//contact%needs
       end function contact_text
 
-      !> Writes a step: its kind, then one line for each further action along the path and afterwards.
+      !> Writes a step: its kind, then one line for each further action along the path and behind its end.
       subroutine write_step(step, number)
          integer, intent(in) :: number
          type(step_t), intent(in) :: step
@@ -296,7 +296,7 @@ contains
          text = text//', tolerance '//brief(step%tolerance)
       end function control_text
 
-      !> Ends of a step, and the points that it locates, in words.
+      !> Description of what ends a step, and of the points that it locates.
       pure function end_text(step) result(text)
          type(step_t), intent(in) :: step
          character(:), allocatable :: text
@@ -362,9 +362,9 @@ contains
       end function threshold_text
    end subroutine write_deck_summary
 
-   !> Number of nodes with supports or springs, and of their unknowns.
+   !> Number of nodes with supports or springs, and number of their unknowns.
    pure function freedoms_text(held) result(text)
-      logical, intent(in) :: held(:, :)           !! (3, nodes)
+      logical, intent(in) :: held(:, :)           !! (3, nodes) true: supported, or with a spring
       character(:), allocatable :: text
       text = 'at '//plural(count(any(held, 1)), 'node')//': '//to_text(count(held(1, :)))//' u, '// &
          & to_text(count(held(2, :)))//' v, '//to_text(count(held(3, :)))//' rotations'

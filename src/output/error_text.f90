@@ -1,4 +1,4 @@
-!> Representation of error bars: numbers in files, text in tables.
+!> Representation of error bars: as numbers in files, as text in tables.
 module error_text
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf
    use kinds, only: wp
@@ -15,7 +15,7 @@ module error_text
 
 contains
 
-   !> Error bar for files: NaN without an estimate, infinity if the mesh is too coarse for a bound.
+   !> Error bar as a number for files: NaN if there is no estimate, infinity if the mesh is too coarse for a bound.
    elemental real(wp) function stored_bar(bar) result(error)
       type(error_bar_t), intent(in) :: bar
       error = ieee_value(error, ieee_quiet_nan)
@@ -24,7 +24,7 @@ contains
       if (.not. bar%bounded) error = ieee_value(error, ieee_positive_inf)
    end function stored_bar
 
-   !> Value minus its estimated error; NaN without an estimate.
+   !> Value minus estimated error; NaN if there is no estimate.
    elemental real(wp) function stored_correction(value, bar) result(corrected)
       real(wp), intent(in) :: value
       type(error_bar_t), intent(in) :: bar
@@ -32,7 +32,7 @@ contains
       if (bar%estimated) corrected = value + bar%correction
    end function stored_correction
 
-   !> Error bar for tables.
+   !> Error bar as text for tables.
    pure function bar_text(bar) result(text)
       type(error_bar_t), intent(in) :: bar
       character(:), allocatable :: text
@@ -53,7 +53,7 @@ contains
       if (bar%estimated .and. .not. bar%bounded) text = ' '//bar_text(bar)
    end function unbounded_text
 
-   !> Value minus its estimated error, for tables; blank if the error is not bounded.
+   !> Value minus estimated error, as text for tables; blank if the error is not bounded.
    pure function corrected_text(value, bar) result(text)
       real(wp), intent(in) :: value
       type(error_bar_t), intent(in) :: bar

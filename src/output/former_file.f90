@@ -1,5 +1,5 @@
 !> Decides about an existing file with the name of a result file: results of unilat may be replaced, damaged files are renamed, and
-!> all other files stay.
+!> all other files are left unchanged.
 module former_file
    use, intrinsic :: iso_c_binding, only: c_loc, c_ptr, c_char, c_null_char, c_f_pointer, c_associated, c_null_ptr
    use hdf5, only: hid_t, h5f_acc_rdonly_f, h5fopen_f, h5fclose_f, h5fis_hdf5_f, h5oopen_f, h5oclose_f, h5aexists_f, h5aopen_f, &
@@ -9,7 +9,7 @@ module former_file
    private
    public :: make_room, is_result, text_attribute
 
-   !> Contents of a file.
+   !> Contents of a file:
    enum, bind(c)
       enumerator :: is_ours = 1, is_foreign, is_damaged, is_no_hdf5
    end enum
@@ -18,10 +18,10 @@ contains
 
    !> Checks whether a result file may have a name, and renames a damaged file of that name.
    subroutine make_room(name, force, note, why)
-      character(*), intent(in) :: name            !! name of the file, symbolic links resolved
+      character(*), intent(in) :: name            !! name of the file, with symbolic links resolved
       logical, intent(in) :: force                !! true: any plain file may be replaced
-      character(:), allocatable, intent(inout) :: note !! receives a message if a file was renamed
-      character(:), allocatable, intent(out) :: why !! message why the name cannot be used; empty: it can
+      character(:), allocatable, intent(inout) :: note !! out: with a message if a file was renamed
+      character(:), allocatable, intent(out) :: why !! message that explains why the name cannot be used; '': it can
       character(:), allocatable :: aside
       integer :: kind, status
       why = ''
@@ -94,7 +94,7 @@ contains
       call h5fclose_f(file, close_status)
    end function content
 
-   !> Value of a text attribute of variable length; empty if the attribute is missing, of another type, or unreadable.
+   !> Value of a text attribute of variable length; '' if the attribute is missing, has another type, or cannot be read.
    function text_attribute(place, name) result(text)
       integer(hid_t), intent(in) :: place
       character(*), intent(in) :: name

@@ -1,4 +1,4 @@
-!> Growing tables of the limit curves: /limit_curve/<name>, one row for each limit point.
+!> Tables of the limit curves in the result file, to which rows are added: /limit_curve/<name>, one row for each limit point.
 module limit_series
    use model, only: model_t, parameter_words
    use text, only: word_at
@@ -13,10 +13,10 @@ module limit_series
    private
    public :: limit_series_t, open_limit_series, append_limit_point
 
-   !> One curve.
+   !> Table of one limit curve.
    type :: curve_series_t
-      integer :: step = 0, curve = 0              !! step of the curve, and its index there
-      integer :: table = 0                        !! number of its table
+      integer :: step = 0, curve = 0              !! number of the curve's step; index of the curve in the step
+      integer :: table = 0                        !! number of the curve's table
       character(:), allocatable :: units          !! units of the parameter
       type(value_columns_t) :: values
    end type curve_series_t
@@ -69,7 +69,7 @@ contains
    subroutine append_limit_point(series, set, limit_point)
       type(limit_series_t), intent(in) :: series
       type(series_set_t), intent(inout) :: set
-      type(limit_point_t), intent(in) :: limit_point !! of a curve of the model, as many monitors as the model has
+      type(limit_point_t), intent(in) :: limit_point !! limit point on a curve of the model; with as many monitors as the model has
       integer :: k
       do k = 1, size(series%curve)
          if (series%curve(k)%step == limit_point%step .and. series%curve(k)%curve == limit_point%curve) &

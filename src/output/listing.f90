@@ -1,6 +1,7 @@
-!> Listing: one row for each point when it is found, then the critical points, accuracy and cost of the run.
+!> Listing: one row for each point as soon as it is found; at the end the critical points, the accuracy and the cost of the run.
 !>
-!> The first part, the summary of the deck, is written by deck_summary. Columns are widened if a number needs more room.
+!> The first part of a listing, the summary of the deck, is written by deck_summary. A column becomes wider if a number needs more
+!> room.
 module listing
    use, intrinsic :: iso_fortran_env, only: output_unit
    use kinds, only: wp, name_length
@@ -21,13 +22,14 @@ module listing
    public :: listing_t, listing_open, listing_record, listing_close
 
    integer, parameter :: first_monitor = 4        !! column of the first monitor, after point, label and load factor
-   integer, parameter :: nowhere = -1             !! the last row did not belong to a path
+   integer, parameter :: nowhere = -1             !! value of last_branch: the last row did not belong to a path
 
    !> A row of the table of critical points.
    type :: critical_row_t
       integer :: branch = 0
-      type(cell_t), allocatable :: cell(:)        !! label, point, step, load factor, its error bar, corrected, monitors
-      character(:), allocatable :: unbarred       !! reason for a missing error bar; not allocated if no error bars are requested
+      type(cell_t), allocatable :: cell(:) !! label, point, step, load factor, error bar of the load factor, corrected value,
+      !! monitors
+      character(:), allocatable :: unbarred       !! reason why there is no error bar; not allocated if the deck requests none
       character(:), allocatable :: remark
    end type critical_row_t
 
@@ -35,21 +37,21 @@ module listing
    type :: listing_t
       private
       integer :: unit = -1
-      integer :: n_monitors = 0                   !! number of monitors shown; the others do not fit
+      integer :: n_monitors = 0                   !! number of monitors that are shown; the remaining ones do not fit
       logical :: has_contact = .false.
-      type(contact_print_t), allocatable :: print(:) !! columns behind the monitors
-      integer, allocatable :: obstacle(:)         !! (contacts) index of its obstacle
+      type(contact_print_t), allocatable :: print(:) !! contents of the columns behind the monitors
+      integer, allocatable :: obstacle(:)         !! (contacts) index of the contact's obstacle
       type(cell_t), allocatable :: printed(:)     !! cells of these columns at the last point
-      type(cell_t), allocatable :: printed_bar(:) !! error bars of these cells
+      type(cell_t), allocatable :: printed_bar(:) !! error bars in these columns at the last point
       type(column_t), allocatable :: column(:)
       character(2 * name_length), allocatable :: step_title(:)
-      character(:), allocatable :: branch_title   !! title of the branch that started last
-      integer :: branch = 0                       !! branch of the present points; 0: the path of the steps
+      character(:), allocatable :: branch_title   !! title of the branch that was started last
+      integer :: branch = 0                       !! branch to which the present points belong; 0: the path of the steps
       integer :: n_branches = 0
-      integer :: last_branch = nowhere, last_step = 0 !! branch and step of the last row
-      integer :: root_step = 0                    !! step of the last row of the path of the steps
-      integer :: rows = 0                         !! rows since the last header
-      integer :: n_root = 0, n_branch = 0         !! numbers of points of the path of the steps, and of the present branch
+      integer :: last_branch = nowhere, last_step = 0 !! branch and step to which the last row belongs
+      integer :: root_step = 0                    !! step to which the last row of the path of the steps belongs
+      integer :: rows = 0                         !! number of rows since the last header
+      integer :: n_root = 0, n_branch = 0         !! number of points on the path of the steps, and on the present branch
       integer :: n_on_branches = 0                !! number of points of all branches
       type(critical_row_t), allocatable :: critical(:)
       type(limit_table_t) :: limit_table
@@ -58,10 +60,10 @@ module listing
 
 contains
 
-   !> Prepares the table of points; writes only a line about monitors that do not fit into the table.
+   !> Prepares the table of points. Only a line about monitors that do not fit into the table is written.
    subroutine listing_open(listing, unit, model)
       type(listing_t), intent(out) :: listing
-      integer, intent(in) :: unit                 !! open for formatted writing, such as output_unit
+      integer, intent(in) :: unit                 !! unit number, open for formatted writing, such as output_unit
       type(model_t), intent(in) :: model
       type(column_t), allocatable :: first(:), last(:), monitor(:), prints(:)
       integer :: i
@@ -92,11 +94,11 @@ contains
       end if
    end subroutine listing_open
 
-   !> Writes a row for a point, the load factors of a buckling step, or a point of a limit curve; keeps a critical point for the
+   !> Writes a row for a point, the load factors of a buckling step, or a point of a limit curve; stores a critical point for the
    !> table at the end; begins a branch, or returns to the path of the steps.
    subroutine listing_record(listing, record)
       type(listing_t), intent(inout) :: listing
-      class(record_t), intent(in) :: record       !! as many monitors as the model has
+      class(record_t), intent(in) :: record       !! record; it has as many monitors as the model
       select type (record)
       type is (point_t)
          call write_point(listing, record)
@@ -114,10 +116,10 @@ contains
       end select
    end subroutine listing_record
 
-   !> Writes one row, with a header before the first of a step or branch and after every 50 rows.
+   !> Writes one row. A header is written before the first row of a step or branch, and after every 50 rows.
    subroutine write_point(listing, point)
       type(listing_t), intent(inout) :: listing
-      type(point_t), intent(in) :: point          !! as many monitors as the model has
+      type(point_t), intent(in) :: point          !! point; it has as many monitors as the model
       type(cell_t) :: cell(size(listing%column))
       integer :: i, n
       call count_point(listing, n)
@@ -144,7 +146,7 @@ contains
       flush (listing%unit)
    end subroutine write_point
 
-   !> Head of a column with the beginning or end of a contact region.
+   !> Head of the column for the beginning or end of a contact region.
    pure function print_head(model, print) result(head)
       type(model_t), intent(in) :: model
       type(contact_print_t), intent(in) :: print
@@ -155,7 +157,7 @@ contains
       head = head//', '//trim(model%obstacle(print%obstacle)%name)
    end function print_head
 
-   !> Beginnings and ends of contact at a point; empty if there is no contact.
+   !> Cells for the beginning and end of contact regions at a point; empty if there is no contact.
    subroutine fill_prints(listing, point)
       type(listing_t), intent(inout) :: listing
       type(point_t), intent(in) :: point
@@ -184,8 +186,8 @@ contains
       end do
    end subroutine fill_prints
 
-   !> Error bar of a contact position as text behind its value; empty without an error bar. The error of an angle is that of the
-   !> position times the ratio of angle to length of the region.
+   !> Error bar of the position of a contact's end, as text behind its value; empty if there is none. The error of an angle is the
+   !> error of the position times the ratio of angle to length of the region.
    pure function place_text(region, print) result(text)
       type(region_t), intent(in) :: region
       type(contact_print_t), intent(in) :: print
@@ -200,7 +202,7 @@ contains
       if (bar%estimated) text = ' '//bar_text(bar)
    end function place_text
 
-   !> Counts a point; n is its number on its path.
+   !> Counts a point; n becomes its number on its path.
    subroutine count_point(listing, n)
       type(listing_t), intent(inout) :: listing
       integer, intent(out) :: n
@@ -214,10 +216,10 @@ contains
       end if
    end subroutine count_point
 
-   !> Writes the title of another step or path, and the heads of the columns, when they are due.
+   !> Writes the title of a step or path and the heads of the columns, if they must be written before the next row.
    subroutine write_title(listing, step)
       type(listing_t), intent(inout) :: listing
-      integer, intent(in) :: step                 !! step of the following row
+      integer, intent(in) :: step                 !! step to which the next row belongs
       logical :: elsewhere
       elsewhere = listing%branch /= listing%last_branch .or. step /= listing%last_step
       if (elsewhere .and. listing%branch > 0) then
@@ -240,7 +242,7 @@ contains
    !> Stores a critical point for the table at the end.
    subroutine keep_critical(listing, critical)
       type(listing_t), intent(inout) :: listing
-      type(critical_t), intent(in) :: critical    !! as many monitors as the model has
+      type(critical_t), intent(in) :: critical    !! critical point; it has as many monitors as the model
       type(critical_row_t) :: row
       integer :: i
       row%branch = listing%branch
@@ -286,7 +288,7 @@ contains
       listing%branch_title = listing%branch_title//' (point '//to_text(start%point)//')'
    end subroutine begin_branch
 
-   !> Writes the tables of critical points, accuracy and cost, and the status.
+   !> Writes the tables of critical points, of accuracy and of cost, and the status.
    subroutine listing_close(listing, status, accuracy)
       type(listing_t), intent(inout) :: listing
       character(*), intent(in) :: status          !! 'complete', or 'stopped: reason'
@@ -304,7 +306,7 @@ contains
       flush (listing%unit)
    end subroutine listing_close
 
-   !> Writes the table of critical points, with a column for the branch if there are any branches.
+   !> Writes the table of critical points; it has a column for the branch if there are branches.
    subroutine write_critical(listing)
       type(listing_t), intent(in) :: listing
       type(column_t), allocatable :: column(:)

@@ -1,4 +1,4 @@
-!> Loads and supports in words for the first part of the listing, so that a load on a wrong node is noticed at once.
+!> Loads and supports in words for the first part of the listing, so that a load at a wrong node is noticed at once.
 module load_words
    use kinds, only: wp
    use model, only: model_t, load_t, supports
@@ -11,18 +11,18 @@ module load_words
    integer, parameter :: most_labels = 6        !! largest number of node labels listed one by one
    integer, parameter :: most_lines = 12        !! largest number of lines of one kind
 
-   !> A line of words.
+   !> One line of text.
    type :: words_t
       character(:), allocatable :: text
    end type words_t
 
 contains
 
-   !> All loads of a step at load factor 1, one line for equal loads, and their sum.
+   !> All loads of a step at load factor 1, one line for all equal loads, and their sum.
    function load_lines(model, load, total) result(lines)
       type(model_t), intent(in) :: model
       type(load_t), intent(in) :: load
-      real(wp), intent(in) :: total(3)          !! force in x and y, moment about the origin
+      real(wp), intent(in) :: total(3)          !! sum of all loads: force in x, force in y, moment about the origin
       type(words_t), allocatable :: lines(:)
       real(wp) :: force(3), stiffness(3, 3)
       integer :: i
@@ -43,7 +43,7 @@ contains
          & '), moment about the origin '//brief(total(3)))]
    end function load_lines
 
-   !> The supports, one line for all nodes with the same fixed unknowns.
+   !> The supports, one line for all nodes with the same fixed components.
    function support_lines(model) result(lines)
       type(model_t), intent(in) :: model
       type(words_t), allocatable :: lines(:)
@@ -66,13 +66,13 @@ contains
       end do
    end function support_lines
 
-   !> Values at nodes, one line for all nodes with equal values.
+   !> Values at nodes in words, one line for all nodes with equal values.
    function node_lines(model, value, has, what, turn) result(lines)
       type(model_t), intent(in) :: model
-      real(wp), intent(in) :: value(:, :)       !! (3, nodes)
+      real(wp), intent(in) :: value(:, :)       !! (3, nodes) values
       logical, intent(in) :: has(:)             !! (nodes) true: the node has a value
       character(*), intent(in) :: what          !! name of the value
-      character(*), intent(in) :: turn          !! name of its third component
+      character(*), intent(in) :: turn          !! name of the third component
       type(words_t), allocatable :: lines(:)
       logical :: left(size(has)), alike(size(has))
       integer :: node, i
@@ -91,11 +91,11 @@ contains
       end do
    end function node_lines
 
-   !> Loads along elements, one line for all elements with equal loads.
+   !> Loads along elements in words, one line for all elements with equal loads.
    function element_lines(load) result(lines)
       type(load_t), intent(in) :: load
       type(words_t), allocatable :: lines(:)
-      real(wp) :: value(5, size(load%pressure)) ! force in x and y per length, pressure, strain, curvature
+      real(wp) :: value(5, size(load%pressure)) ! force in x and y by length, pressure, strain, curvature
       logical :: left(size(load%pressure)), alike(size(load%pressure))
       character(:), allocatable :: text
       integer :: e, i
@@ -122,7 +122,7 @@ contains
       end do
    end function element_lines
 
-   !> Dead loads that vary along the rods, and pressures of liquids: one line for each.
+   !> Dead loads that vary along the rods, and pressures of liquids, in words: one line for each.
    function varying_lines(model, load) result(lines)
       type(model_t), intent(in) :: model
       type(load_t), intent(in) :: load
@@ -152,10 +152,10 @@ contains
          & brief(minval(-load%gradient(2, :), wet))//' to '//brief(maxval(-load%gradient(2, :), wet)))]
    end function varying_lines
 
-   !> "node 3 at (150, 0)", "nodes 1, 5, 9", "nodes 1, 2, 3, 4, 5, 6 and 20 more".
+   !> Nodes in words: "node 3 at (150, 0)", "nodes 1, 5, 9", "nodes 1, 2, 3, 4, 5, 6 and 20 more".
    function nodes_text(model, node) result(text)
       type(model_t), intent(in) :: model
-      integer, intent(in) :: node(:)            !! at least one node
+      integer, intent(in) :: node(:)            !! labels of nodes, at least one
       character(:), allocatable :: text
       integer :: i
       associate (label => model%mesh%node_label(node), x => model%mesh%x(:, node(1)))
@@ -172,7 +172,7 @@ contains
       end associate
    end function nodes_text
 
-   !> Components that are not zero: two along the axes, and a rotation or moment.
+   !> The components that are not zero, in words: two along the axes, and a rotation or moment.
    pure function vector_text(value, turn) result(text)
       real(wp), intent(in) :: value(3)
       character(*), intent(in) :: turn          !! name of the third component

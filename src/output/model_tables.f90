@@ -1,4 +1,4 @@
-!> Writes supports, springs, loads of the steps and node sets to the result file. A failure is kept in the file, see hdf5_file.
+!> Writes supports, springs, loads of the steps and node sets to the result file. A failure is stored in the file, see hdf5_file.
 module model_tables
    use kinds, only: wp
    use text, only: to_text
@@ -51,7 +51,7 @@ contains
       end associate
    end subroutine write_supports
 
-   !> Writes the group /loads, one group for each step: the loads that its load factor multiplies, without zeros.
+   !> Writes the group /loads, one group for each step: the loads that the step's load factor multiplies, without zeros.
    subroutine write_loads(file, model)
       type(hdf5_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model

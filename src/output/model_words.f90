@@ -10,7 +10,7 @@ module model_words
    public :: monitor_units, monitor_description, side_name, kind_name, points_name
    public :: parameter_units, parameter_object
 
-   !> Quantities of sections and their units, in the order of monitor_t%component.
+   !> Section quantities and their units, in the order of monitor_t%component.
    character(*), parameter :: section_quantity(section_stress) = [character(12) :: 'normal force', 'shear force', 'moment', &
       & 'strain', 'stress']
    character(*), parameter :: section_unit(section_stress) = [character(14) :: 'force', 'force', 'moment', '1', &
@@ -19,13 +19,13 @@ module model_words
    !> Kinds of obstacles, in the order of obstacle_types.
    character(*), parameter :: obstacle_name(5) = [character(8) :: 'line', 'circle', 'arc', 'polyline', 'spline']
 
-   !> Units of the parameters of limit curves in words, in the order of their words in the deck; '1' for a factor.
+   !> Units, in words, of the parameters of limit curves, in the order of the parameters' words in the deck; '1' for a factor.
    character(*), parameter :: parameter_units(6) = [character(16) :: 'force / length^2', 'length', '1', 'force', &
       & 'force length^2', '1']
 
 contains
 
-   !> Units of a monitor in words; a factor other than 1 makes them "scaled".
+   !> Units of a monitor in words; if its factor is not 1, they are called "scaled".
    pure function monitor_units(monitor) result(units)
       type(monitor_t), intent(in) :: monitor
       character(:), allocatable :: units
@@ -45,7 +45,7 @@ contains
    !> Description of a monitor, such as "mean displacement v of 3 nodes, times -1".
    pure function monitor_description(monitor, model) result(description)
       type(monitor_t), intent(in) :: monitor
-      type(model_t), intent(in) :: model          !! for the node's label and the obstacle's name
+      type(model_t), intent(in) :: model          !! model, which has the label of the node and the name of the obstacle
       character(:), allocatable :: description
       character(*), parameter :: of_nodes(3, 2) = reshape([character(15) :: 'displacement u', 'displacement v', 'rotation', &
          & 'reaction in x', 'reaction in y', 'reaction moment'], [3, 2]) ! in the order of quantity_...
@@ -77,7 +77,7 @@ contains
       if (abs(monitor%offset) > 0.0_wp) description = description//', plus '//to_text(monitor%offset)
    end function monitor_description
 
-   !> Kind of an obstacle: "line" ..., or "gap" for stops at nodes, "soil" for soil along a rod.
+   !> Kind of an obstacle in words: "line" ..., "gap" for stops at nodes, "soil" for soil along a rod.
    pure function kind_name(obstacle) result(name)
       type(obstacle_t), intent(in) :: obstacle
       character(:), allocatable :: name
@@ -99,7 +99,7 @@ contains
       end if
    end function side_name
 
-   !> Places at which the reactions of a contact act: at "nodes", at points and lines of "spans", or "distributed" along elements.
+   !> Where the reactions of a contact act: at "nodes", at points and lines of contact "spans", or "distributed" along elements.
    elemental function points_name(contact) result(name)
       type(contact_t), intent(in) :: contact
       character(11) :: name

@@ -1,8 +1,8 @@
-!> Points of a path that a result file has, and the names by which a user may call them.
+!> Points of a path in a result file, and the names by which a user may refer to them.
 !>
-!> A point is called by its number in the listing, from 1, or by the label of a special point and its number among those of that
-!> label: LP1 is the first limit point of the path. Where there is only one, the number may be left out. The number of a branch and
-!> a colon before the name make it a point of this branch: 2:LP1.
+!> The name of a point is its number in the listing, from 1, or the label of a special point and its number among the points with
+!> this label: LP1 is the first limit point of the path. If there is only one such point, the number may be omitted. The number of a
+!> branch and a colon before the name mean a point of this branch: 2:LP1.
 module path_points
    use hdf5, only: hid_t, hsize_t, h5f_acc_rdonly_f, h5fopen_f, h5fclose_f, h5dopen_f, h5dread_f, h5dclose_f, h5dget_space_f, &
       & h5sget_simple_extent_npoints_f, h5sclose_f, h5tclose_f, h5t_native_double
@@ -15,24 +15,24 @@ module path_points
    private
    public :: find_named_point
 
-   integer, parameter :: label_length = 2          !! bytes of /path/label
+   integer, parameter :: label_length = 2          !! number of bytes of /path/label
 
    !> The points of a path.
    type :: path_points_t
-      character(:), allocatable :: path            !! name of the path and its result file, in words
-      real(wp), allocatable :: load_factor(:)      !! (points)
-      character(label_length), allocatable :: label(:) !! (points) blank: no special point
+      character(:), allocatable :: path            !! name of the path and its result file, for messages
+      real(wp), allocatable :: load_factor(:)      !! (points) load factors
+      character(label_length), allocatable :: label(:) !! (points) labels; blank: not a special point
    end type path_points_t
 
 contains
 
-   !> Finds the point with a name. The error lists the names that there are.
+   !> Finds the point with a given name. The error message lists the existing names.
    subroutine find_named_point(file, name, branch, point, load_factor, error)
-      character(*), intent(in) :: file             !! a result file of unilat
+      character(*), intent(in) :: file             !! name of a result file of unilat
       character(*), intent(in) :: name
-      integer, intent(out) :: branch               !! 0: the path of the steps
-      integer, intent(out) :: point                !! row of the path, from 1
-      real(wp), allocatable, intent(out) :: load_factor(:) !! (points of the path)
+      integer, intent(out) :: branch               !! number of the branch; 0: the path of the steps
+      integer, intent(out) :: point                !! row of the point in the path, from 1
+      real(wp), allocatable, intent(out) :: load_factor(:) !! (points of the path) load factors
       type(error_t), allocatable, intent(out) :: error
       type(path_points_t) :: points
       integer :: colon, status
@@ -50,10 +50,10 @@ contains
       if (.not. allocated(error)) call move_alloc(points%load_factor, load_factor)
    end subroutine find_named_point
 
-   !> Reads the points of a path from a result file. The error says that it has none.
+   !> Reads the points of a path from a result file. An error is returned if the file has no path.
    subroutine read_path_points(path, branch, points, error)
-      character(*), intent(in) :: path             !! a result file of unilat
-      integer, intent(in) :: branch                !! 0: the path of the steps
+      character(*), intent(in) :: path             !! name of a result file of unilat
+      integer, intent(in) :: branch                !! number of the branch; 0: the path of the steps
       type(path_points_t), intent(out) :: points
       type(error_t), allocatable, intent(out) :: error
       character(:), allocatable :: group
@@ -92,11 +92,11 @@ contains
       end do
    end subroutine read_path_points
 
-   !> The point with a name. The error lists the names that there are.
+   !> The point with a given name. The error message lists the existing names.
    subroutine point_called(points, name, point, error)
       type(path_points_t), intent(in) :: points
-      character(*), intent(in) :: name             !! number of a point, or label and number of a special point
-      integer, intent(out) :: point                !! row of the path, from 1
+      character(*), intent(in) :: name             !! number of a point; or label and number of a special point
+      integer, intent(out) :: point                !! row of the point in the path, from 1
       type(error_t), allocatable, intent(out) :: error
       character(label_length) :: label
       integer :: digits, number, status, i, passed

@@ -1,7 +1,7 @@
-!> Progress line on the terminal during a long run whose listing is written elsewhere.
+!> Progress line on the terminal during a long run whose listing is written to a file.
 !>
-!> The line is written to standard error, and only if that is a terminal and the listing is not shown on one: logs of batch runs do
-!> not contain it. It is overwritten in place a few times per second, and erased at the end.
+!> The line is written to standard error, and only if that is a terminal and the listing is not shown on a terminal: logs of batch
+!> runs do not contain it. It is overwritten a few times per second, and erased at the end.
 module progress
    use, intrinsic :: iso_fortran_env, only: error_unit
    use kinds, only: wp, i8
@@ -21,13 +21,13 @@ module progress
       private
       logical :: shown = .false.
       integer :: points = 0
-      integer(i8) :: started = 0, last = 0      !! ticks of the clock
+      integer(i8) :: started = 0, last = 0      !! clock ticks at the start, and when the line was written last
       real(wp) :: ticks = 1.0_wp                !! clock ticks per second
    end type progress_t
 
 contains
 
-   !> Determines where the output is shown. `listed`: the listing is written to standard output.
+   !> Determines where the line is shown. `listed`: the listing is written to standard output.
    subroutine progress_open(progress, listed)
       type(progress_t), intent(out) :: progress
       logical, intent(in) :: listed
@@ -38,11 +38,11 @@ contains
       progress%last = progress%started
    end subroutine progress_open
 
-   !> Shows the present point of the path, if enough time has passed since the last time.
+   !> Shows the present point of the path, if enough time has passed since the line was written last.
    subroutine progress_point(progress, point, branch)
       type(progress_t), intent(inout) :: progress
       type(point_t), intent(in) :: point
-      integer, intent(in) :: branch             !! path of the point, 0: the path of the steps
+      integer, intent(in) :: branch             !! path to which the point belongs; 0: the path of the steps
       integer(i8) :: now
       character(:), allocatable :: words
       progress%points = progress%points + 1
@@ -64,7 +64,7 @@ contains
       progress%shown = .false.
    end subroutine progress_close
 
-   !> Replaces the words on the line.
+   !> Replaces the text of the line.
    subroutine show(words)
       character(*), intent(in) :: words
       character(line_width) :: line

@@ -21,23 +21,23 @@ module restart_file
 
    !> Checkpoint of a run in its result file.
    type :: restart_t
-      integer :: kind = 0                         !! 0: no checkpoint
-      character(:), allocatable :: path           !! name of the file
+      integer :: kind = 0                         !! kind of path on which the checkpoint was written; 0: no checkpoint
+      character(:), allocatable :: path           !! name of the result file
       character(:), allocatable :: deck           !! text of the deck
-      integer, allocatable :: state(:)            !! words of the checkpoint; those to be written are compressed
-      character(:), allocatable :: tables         !! names of the tables, see series_rows
-      character(:), allocatable :: written        !! names already in the file
+      integer, allocatable :: state(:)            !! words of the checkpoint; compressed if they are to be written
+      character(:), allocatable :: tables         !! names of the tables whose numbers of rows are stored, see series_rows
+      character(:), allocatable :: written        !! names of the tables that are already in the file
       integer, allocatable :: rows(:)
-      integer :: on_branch = 0                    !! branch that the run was following; 0: none
+      integer :: on_branch = 0                    !! branch that the run was following; 0: the path of the steps
       integer :: branches = 0                     !! number of branches so far
    end type restart_t
 
 contains
 
-   !> Writes or overwrites the group, if there is a new checkpoint.
+   !> Writes or overwrites the group /restart, if there is a new checkpoint.
    subroutine write_restart(file, restart)
       type(hdf5_file_t), intent(inout) :: file
-      type(restart_t), intent(inout) :: restart   !! its kind is reset: the checkpoint is written
+      type(restart_t), intent(inout) :: restart   !! out: its kind is 0, because the checkpoint has been written
       if (restart%kind == 0) return
       if (.not. allocated(restart%written)) restart%written = ''
       call hdf5_group(file, '/restart')
@@ -54,10 +54,10 @@ contains
       restart%kind = 0
    end subroutine write_restart
 
-   !> Reads the deck and the checkpoint of a result file. The error says why no run can continue from the file.
+   !> Reads the deck and the checkpoint from a result file. The error message explains why no run can continue from the file.
    subroutine read_restart(path, deck_only, restart, error)
       character(*), intent(in) :: path
-      logical, intent(in) :: deck_only            !! true: without the checkpoint
+      logical, intent(in) :: deck_only            !! true: only the deck is read, not the checkpoint
       type(restart_t), intent(out) :: restart
       type(error_t), allocatable, intent(out) :: error
       integer(hid_t) :: file, place

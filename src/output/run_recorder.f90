@@ -15,7 +15,7 @@ module run_recorder
       type(results_t) :: results
       type(listing_t) :: listing
       type(progress_t) :: progress
-      integer :: on_branch = 0          !! branch of the points; 0: the path of the steps
+      integer :: on_branch = 0          !! branch to which the points belong; 0: the path of the steps
       logical :: quiet = .false.        !! true: no listing is written
    contains
       procedure :: take
@@ -42,13 +42,13 @@ contains
       call timing_stop(phase_output)
    end subroutine take
 
-   !> True if a checkpoint is to be written to the result file.
+   !> True if a checkpoint must be written to the result file.
    logical function state_is_due(self)
       class(run_recorder_t), intent(inout) :: self
       state_is_due = results_due(self%results)
    end function state_is_due
 
-   !> Takes a checkpoint of the run.
+   !> Receives a checkpoint of the run.
    subroutine record_state(self, words, error)
       class(run_recorder_t), intent(inout) :: self
       integer, intent(in), contiguous :: words(:)

@@ -12,10 +12,10 @@ module run_summary
 
 contains
 
-   !> Writes the worst values over all points.
+   !> Writes the worst value of each check over all points.
    subroutine list_accuracy(unit, has_contact, accuracy)
-      integer, intent(in) :: unit                 !! open for formatted writing
-      logical, intent(in) :: has_contact          !! false: nothing is written about contact
+      integer, intent(in) :: unit                 !! unit number, open for formatted writing
+      logical, intent(in) :: has_contact          !! false: checks of contact are omitted
       type(accuracy_t), intent(in) :: accuracy
       type(check_t), allocatable :: check(:)
       integer :: i
@@ -28,14 +28,14 @@ contains
       end do
    end subroutine list_accuracy
 
-   !> Reasons not to trust the results, other than those that end a step (point_checks), in words; '' if there are none.
+   !> Reasons, in words, why the results may be wrong, except those that end a step (point_checks); '' if there are none.
    pure function failed_checks(accuracy) result(text)
       type(accuracy_t), intent(in) :: accuracy
       character(:), allocatable :: text
       text = ''
       if (allocated(accuracy%mesh_words)) call add(accuracy%mesh_words)
       if (allocated(accuracy%rounding_words)) call add(accuracy%rounding_words)
-      if (allocated(accuracy%hanging_words)) call add(accuracy%hanging_words)
+      if (allocated(accuracy%undetermined_words)) call add(accuracy%undetermined_words)
 
    contains
 
@@ -46,9 +46,9 @@ contains
       end subroutine add
    end function failed_checks
 
-   !> Writes seconds and calls of every phase that was used, and the counters that are not zero.
+   !> Writes seconds and calls of every phase that occurred, and the counters that are not zero.
    subroutine list_cost(unit)
-      integer, intent(in) :: unit                 !! open for formatted writing
+      integer, intent(in) :: unit                 !! unit number, open for formatted writing
       real(wp) :: total
       integer :: i
       total = timing_total()

@@ -1,4 +1,5 @@
-!> Tables of the listing beside the path: buckling modes, and the limit points of limit curves as they are found.
+!> Tables of the listing that do not belong to the path: buckling modes, and the limit points of limit curves as soon as they are
+!> found.
 module side_tables
    use kinds, only: name_length
    use text, only: to_text, word_at
@@ -15,9 +16,9 @@ module side_tables
 
    !> Words of the table of one curve.
    type :: curve_words_t
-      integer :: step = 0, curve = 0              !! its step, and its index there
+      integer :: step = 0, curve = 0              !! number of the curve's step; index of the curve in the step
       character(3 * name_length) :: title = ''
-      character(16) :: parameter = ''             !! head of the parameter's column
+      character(16) :: parameter = ''             !! head of the column for the parameter
    end type curve_words_t
 
    !> The tables of all limit curves.
@@ -27,8 +28,8 @@ module side_tables
       type(column_t), allocatable :: column(:)
       logical :: with_bars = .false.              !! true: the table has a column for the error bars of load factors
       type(curve_words_t), allocatable :: words(:)
-      integer :: present = 0                      !! curve of the listing's last row, 0: none
-      integer :: n_points = 0                     !! number of points of that curve
+      integer :: present = 0                      !! curve to which the last row of the listing belongs; 0: none
+      integer :: n_points = 0                     !! number of points of this curve so far
    end type limit_table_t
 
 contains
@@ -36,7 +37,7 @@ contains
    !> Prepares the tables; writes nothing.
    subroutine open_limit_table(table, unit, model)
       type(limit_table_t), intent(out) :: table
-      integer, intent(in) :: unit                 !! open for formatted writing
+      integer, intent(in) :: unit                 !! unit number, open for formatted writing
       type(model_t), intent(in) :: model
       type(column_t) :: last(3)
       type(column_t), allocatable :: first(:)
@@ -60,10 +61,10 @@ contains
       end do
    end subroutine open_limit_table
 
-   !> Writes one row, with a title before the first one of a curve.
+   !> Writes one row; a title is written before the first row of a curve.
    subroutine write_limit_point(table, limit_point)
       type(limit_table_t), intent(inout) :: table
-      type(limit_point_t), intent(in) :: limit_point !! of a curve of the model, as many monitors as the model has
+      type(limit_point_t), intent(in) :: limit_point !! limit point on a curve of the model; it has as many monitors as the model
       type(cell_t) :: cell(size(table%column))
       integer :: i, n, present, first_monitor
       present = findloc(table%words%step == limit_point%step .and. table%words%curve == limit_point%curve, .true., 1)
@@ -101,7 +102,7 @@ contains
       flush (table%unit)
    end subroutine write_limit_point
 
-   !> Ends the present table: the next limit point needs a title.
+   !> Ends the present table, so that a title is written before the next limit point.
    subroutine leave_limit_table(table)
       type(limit_table_t), intent(inout) :: table
       table%present = 0
@@ -109,7 +110,7 @@ contains
 
    !> Writes the load factors of a buckling step.
    subroutine write_buckling_table(unit, title, buckling)
-      integer, intent(in) :: unit                 !! open for formatted writing
+      integer, intent(in) :: unit                 !! unit number, open for formatted writing
       character(*), intent(in) :: title
       type(buckling_t), intent(in) :: buckling
       type(column_t) :: column(5)

@@ -1,4 +1,4 @@
-!> Tables of a listing: heads above a rule, rows below, columns that are widened if a cell needs more room.
+!> Tables of a listing: heads above a horizontal line, rows below. A column becomes wider if a cell needs more room.
 module text_table
    use columns, only: right
    use terminal, only: painted, bold
@@ -8,14 +8,14 @@ module text_table
       & write_row
 
    integer, parameter :: page_width = 132, page_rows = 50
-   integer, parameter :: longest_head = 24        !! longer heads are cut
+   integer, parameter :: longest_head = 24        !! longest head of a column; longer ones are cut
    integer, parameter :: load_digits = 10, monitor_digits = 8
-   integer, parameter :: monitor_width = 15       !! width of the longest number with monitor_digits
+   integer, parameter :: monitor_width = 15       !! width of the longest number with monitor_digits digits
 
    !> A column of a table.
    type :: column_t
       character(longest_head) :: head = ''
-      integer :: width = 0                        !! width without the blank before the column
+      integer :: width = 0                        !! width of the column without the blank before it
    end type column_t
 
    !> A cell of a table.
@@ -25,7 +25,7 @@ module text_table
 
 contains
 
-   !> Columns of as many monitors as fit beside the other columns of a table, beginning with the first monitor.
+   !> Columns for as many monitors as fit beside the other columns of a table, starting with the first monitor.
    pure function fitting_columns(name, beside) result(column)
       character(*), intent(in) :: name(:)
       type(column_t), intent(in) :: beside(:)     !! the other columns of the table
@@ -50,16 +50,16 @@ contains
    !> Widens columns to the width of their cells.
    pure subroutine widen_columns(column, cell)
       type(column_t), intent(inout) :: column(:)
-      type(cell_t), intent(in) :: cell(:)         !! one for each column
+      type(cell_t), intent(in) :: cell(:)         !! one cell for each column
       integer :: i
       do i = 1, size(column)
          column(i)%width = max(column(i)%width, len(cell(i)%text))
       end do
    end subroutine widen_columns
 
-   !> Writes the heads of the columns above a rule.
+   !> Writes the heads of the columns above a horizontal line.
    subroutine write_head(unit, column)
-      integer, intent(in) :: unit                 !! open for formatted writing
+      integer, intent(in) :: unit                 !! unit number, open for formatted writing
       type(column_t), intent(in) :: column(:)
       character(:), allocatable :: heads
       integer :: i
@@ -72,11 +72,11 @@ contains
 
    !> Writes the cells of a row, right-aligned in their columns.
    subroutine write_row(unit, column, cell, remark, emphasised)
-      integer, intent(in) :: unit                 !! open for formatted writing
+      integer, intent(in) :: unit                 !! unit number, open for formatted writing
       type(column_t), intent(in) :: column(:)
-      type(cell_t), intent(in) :: cell(:)         !! one for each column
-      character(*), intent(in), optional :: remark !! follows the last column
-      logical, intent(in), optional :: emphasised !! bold, on a terminal; default: false
+      type(cell_t), intent(in) :: cell(:)         !! one cell for each column
+      character(*), intent(in), optional :: remark !! text behind the last column
+      logical, intent(in), optional :: emphasised !! true: bold, on a terminal; default: false
       character(:), allocatable :: row
       integer :: i
       logical :: is_bold

@@ -11,12 +11,12 @@ module path_loop
    use rod_state, only: state_t, new_state
    use linear_system, only: new_system
    use bordered_system, only: linearise
-   use start_support, only: why_unheld, unheld
+   use start_support, only: why_unstable, unheld
    use corrector, only: increment_t
    use trial_request, only: request_t
    use path_state, only: path_state_t
    use critical_points, only: critical_points_t
-   use first_contact, only: presume_contact
+   use first_contact, only: set_contact_of_start
    use span_mesh, only: prepare_mesh, ask_for_twice, refine_mesh
    use step_control, only: start_control
    use path_point, only: path_point_t, evaluate_tests
@@ -33,7 +33,7 @@ module path_loop
    use archive, only: archive_t
    use run_archive, only: exchange_problem_t, exchange_path_state_t
    use attempt, only: attempt_t
-   use checkpoint, only: saved_run_t, on_step, on_branch, on_curve, exchange_step, restore_run, go_on_from_point, &
+   use checkpoint, only: saved_run_t, on_step, on_branch, on_curve, exchange_step, restore_run, continue_from_point, &
       & change_steps, take_steps, not_again
    use limit_curves, only: follow_limit_curves
    use path_record, only: recorder_t, buckling_t
@@ -44,12 +44,12 @@ module path_loop
 
 contains
 
-   !> Follows all steps of the deck. Returns when the last step is complete, or earlier with the reason in outcome%why.
+   !> Follows all steps of the deck. Returns when the last step is complete, or earlier with a reason in outcome%why.
    subroutine follow_path(problem, recorder, outcome, saved)
       type(problem_t), intent(inout) :: problem
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(out) :: outcome
-      type(saved_run_t), intent(inout) :: saved !! restart: the checkpoint, or the point where the run continues
+      type(saved_run_t), intent(inout) :: saved !! restart: the checkpoint, or the point from which the run continues
       type(path_state_t) :: run
       type(attempt_t) :: attempt
       type(archive_t), target :: frame
@@ -64,7 +64,7 @@ contains
       perfect = problem%deck
       first = 1
       if (saved%kind > 0) then
-         call step_again()
+         call restore_run_of_step()
       else
          call prepare_mesh(problem)
          run%last%state = new_state(problem)
@@ -92,7 +92,7 @@ contains
             if (allocated(outcome%why)) exit steps
             cycle steps
          end if
-         ! Remeshing replaces the model and its steps; a copy of the step is used.
+         ! Remeshing replaces the model and its steps; therefore a copy of the step is used.
          step = problem%model%step(k)
          call start_control(problem, step, run)
          if (allocated(found%list)) deallocate (found%list)
@@ -105,7 +105,7 @@ contains
          attempt = attempt_t()
          call follow_points(problem, step, run, recorder, outcome, attempt, saved%pause(0))
          if (saved%pause(0) > 0 .and. run%points >= saved%from) then
-            call go_on_from_point(saved, problem, run, attempt, outcome)
+            call continue_from_point(saved, problem, run, attempt, outcome)
             call renew_steps()
             call set_frame()
             if (.not. (allocated(outcome%why) .or. outcome%ended)) &
@@ -128,16 +128,16 @@ contains
 
       !> Follows the branches and limit curves of a step after its path.
       subroutine finish_step()
-         type(step_t) :: former                     !! the step up to the point where the run continues
+         type(step_t) :: former                     !! the step as it was up to the point from which the run continues
          if (saved%kind /= on_curve) then
             former = step
             if (saved%branch > n_branches .and. saved%branch <= n_branches + size(step%branch)) call renew_steps()
-            if (size(step%branch) > 0) call set_frame_behind(on_branch)
+            if (size(step%branch) > 0) call set_frame_after_path(on_branch)
             call follow_branches(former, step, found, n_branches, frame, saved, recorder, outcome)
             saved%kind = 0
          end if
          if (allocated(outcome%why)) return
-         if (size(step%limit_curve) > 0) call set_frame_behind(on_curve)
+         if (size(step%limit_curve) > 0) call set_frame_after_path(on_curve)
          call follow_limit_curves(step, found, frame, saved, recorder, outcome)
          if (allocated(outcome%why)) return
          call freeze_loads(problem, run%last%state)
@@ -152,8 +152,8 @@ contains
          run%frame => frame
       end subroutine set_frame
 
-      !> Sets the frame of the checkpoints of the step's branches or limit curves; it contains the results of the step's path.
-      subroutine set_frame_behind(on)
+      !> Sets the frame of the checkpoints of the step's branches or limit curves, which contains the results of the step's path.
+      subroutine set_frame_after_path(on)
          integer, intent(in) :: on
          kind = on
          frame = archive_t()
@@ -161,10 +161,10 @@ contains
          call exchange_step(frame, kind, problem%step, n_branches, perfect, buckled)
          call exchange_problem_t(frame, problem)
          call exchange_path_state_t(frame, run)
-      end subroutine set_frame_behind
+      end subroutine set_frame_after_path
 
       !> Restores the run from the checkpoint.
-      subroutine step_again()
+      subroutine restore_run_of_step()
          call exchange_step(saved%archive, kind, first, n_branches, perfect, buckled)
          saved%kind = kind
          run%critical_points => found
@@ -177,7 +177,7 @@ contains
          end if
          call renew_steps()
          if (saved%kind == on_step) call set_frame()
-      end subroutine step_again
+      end subroutine restore_run_of_step
 
       !> Replaces the steps by those of the changed deck.
       subroutine renew_steps()
@@ -187,7 +187,7 @@ contains
       end subroutine renew_steps
    end subroutine follow_path
 
-   !> Linearises at the start of a step and checks that supports and contact make the structure stable.
+   !> Linearises the structure at the start of a step, and checks that supports and contact make it stable.
    subroutine begin_step(problem, run, outcome)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
@@ -196,10 +196,10 @@ contains
       real(wp) :: stiffness, rounding
       run%step_points = 0
       run%arrived%point = 0
-      ! The loads of a new step may reverse the path, so that the recent path is discarded.
+      ! The loads of a new step may reverse the direction of the path: the stored recent part of the path is discarded.
       if (allocated(run%trail)) deallocate (run%trail)
       if (starts_fresh(problem)) then
-         why = why_unheld(problem, run%last%state)
+         why = why_unstable(problem, run%last%state)
          if (why /= '') then
             outcome%why = why
             return
@@ -211,8 +211,8 @@ contains
          return
       end if
       if (starts_fresh(problem)) then
-         ! If the tangent stiffness is mainly rounding, the signs of its pivots are meaningless and Newton's method does not
-         ! converge.
+         ! If the tangent stiffness consists mainly of rounding errors, the signs of its pivots are meaningless and Newton's method
+         ! does not converge.
          call check_start(problem, run%last%system, stiffness, rounding)
          if (rounding > 0.5_wp * max(stiffness, bending_stiffness(problem))) then
             outcome%why = 'the tangent at the start is nothing but rounding: '//rounding_cure(problem, run%last%state)
@@ -227,23 +227,24 @@ contains
       end if
       associate (step => problem%model%step(problem%step))
          if (starts_fresh(problem) .and. step%n_modes == 0 .and. step%method == method_displacement) &
-            & call presume_contact(problem, step%monitor, step%increment, run%last%state, run%last%system)
+            & call set_contact_of_start(problem, step%monitor, step%increment, run%last%state, run%last%system)
       end associate
       run%last%tangent%load = 0.0_wp
       call evaluate_tests(problem, run%last)
-      ! This includes a start on a mesh whose nodes detect contact: its tangent does not contain contact between nodes either.
+      ! This case includes a start on a mesh whose nodes detect contact: its tangent does not contain contact between the nodes
+      ! either.
       run%fresh = starts_fresh(problem) .and. (any(run%last%state%active) .or. any(run%last%state%grounded) .or. &
          & problem%is_sampled())
    end subroutine begin_step
 
-   !> True if the current step begins at the stress-free structure.
+   !> True if the current step begins with the stress-free structure.
    pure logical function starts_fresh(problem)
       type(problem_t), intent(in) :: problem
       starts_fresh = problem%step == 1 .or. size(problem%model%step(problem%step)%mode_offset) > 0
    end function starts_fresh
 
-   !> Restarts from the stress-free structure with buckling modes as imperfections; nothing of the previous steps remains. If an
-   !> imperfection is impossible, outcome%deck_line names its card.
+   !> Restarts from the stress-free structure with buckling modes as imperfections; displacements and loads of previous steps are
+   !> discarded. If an imperfection is impossible, outcome%deck_line is the line of its card.
    subroutine start_anew(perfect, buckled, problem, run, outcome)
       type(model_t), intent(in) :: perfect           !! model of the deck
       type(buckling_t), intent(in) :: buckled(:)     !! (steps) modes found so far
@@ -270,10 +271,10 @@ contains
                mode(:, :, i) = buckled(offset%step)%mode(:, :, offset%mode)
             end associate
          end do
-         ! The deck's geometry, without imperfections of an earlier step of this kind.
+         ! The geometry of the deck, without the imperfections of an earlier step of this kind.
          bent = perfect
          call add_mode_offsets(bent, step%mode_offset, mode, error)
-         ! Imperfections by modes can be checked only now that the modes are known.
+         ! Imperfections by buckling modes can be checked only here, when the modes are known.
          if (allocated(error)) then
             outcome%deck_line = step%mode_offset(1)%line
             outcome%why = 'step '//trim(step%name)//': '//error%message
@@ -301,7 +302,7 @@ contains
 
    contains
 
-      !> True if the mode offset applies to the chain of elements that contains the node of the overlap.
+      !> True if the mode's offset displaces the chain of elements that contains the node of the overlap.
       pure logical function moves(mesh, offset)
          type(mesh_t), intent(in) :: mesh
          type(mode_offset_t), intent(in) :: offset
@@ -331,13 +332,13 @@ contains
             if (.not. step%error_bars) exit
             call add_buckling_bars(problem, run%last%state, buckling)
             if (.not. allocated(buckling%bar) .or. .not. step%asked > 0.0_wp) exit
-            ! Between nodes a mode has the shape of rods without stresses, with an error of the fourth order: imperfections by modes
-            ! need a mesh with all nodes of the deck.
+            ! Between nodes a mode is interpolated as a rod without stress, with an error of the fourth order. Imperfections by
+            ! modes therefore need a mesh that has all nodes of the deck.
             if (all(buckling%bar%bounded .and. buckling%bar%bar <= step%asked * abs(buckling%load_factor)) .and. &
                & (problem%model%mesh%n_elements >= problem%deck%mesh%n_elements .or. .not. bends_later())) exit
          end if
-         ! Error contributions of a path do not apply to modes, and the mesh of the previous steps may be too coarse for modes: the
-         ! number of elements is doubled.
+         ! Error contributions of a path do not apply to modes, and the mesh of the previous steps may be too coarse for modes.
+         ! Therefore the number of elements is doubled.
          call ask_for_twice(problem, run%last%state, request, asked)
          if (.not. asked) exit
          nowhere = run%last

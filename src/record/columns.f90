@@ -1,4 +1,4 @@
-!> Numbers as text for tables: as wide as necessary, so that no format overflows into asterisks.
+!> Numbers as text for tables. The text is as wide as necessary, so that no format overflows into asterisks.
 module columns
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kinds, only: wp
@@ -11,11 +11,11 @@ module columns
 
 contains
 
-   !> A number with a given number of significant digits: 81.557428, 0.035869738; with an exponent if very large or small:
+   !> A number with a given number of significant digits: 81.557428, 0.035869738. If it is very large or small, it has an exponent:
    !> 1.2345679E-09.
    pure function significant(x, digits) result(text)
       real(wp), intent(in) :: x
-      integer, intent(in) :: digits               !! 1 to 17
+      integer, intent(in) :: digits               !! number of significant digits, 1 to 17
       character(:), allocatable :: text
       if (.not. ieee_is_finite(x)) then
          text = written(x, '(g0)')
@@ -45,7 +45,7 @@ contains
    !> A number with an exponent: 1.23E-09, 1.23E-109.
    pure function scientific(x, digits) result(text)
       real(wp), intent(in) :: x
-      integer, intent(in) :: digits               !! 1 to 17
+      integer, intent(in) :: digits               !! number of significant digits, 1 to 17
       character(:), allocatable :: text
       integer :: mark
       if (.not. ieee_is_finite(x)) then
@@ -61,7 +61,7 @@ contains
    !> A number with a given number of decimals and no exponent (except beyond 15 digits before the point).
    pure function fixed(x, decimals) result(text)
       real(wp), intent(in) :: x
-      integer, intent(in) :: decimals             !! 0 to 30
+      integer, intent(in) :: decimals             !! number of decimals, 0 to 30
       character(:), allocatable :: text
       if (.not. ieee_is_finite(x)) then
          text = written(x, '(g0)')
@@ -82,7 +82,7 @@ contains
       text = trim(adjustl(buffer))
    end function written
 
-   !> Text at the right end of a field; longer text is not cut.
+   !> Text aligned to the right end of a field; a longer text is not cut.
    pure function right(text, width) result(field)
       character(*), intent(in) :: text
       integer, intent(in) :: width
@@ -90,7 +90,7 @@ contains
       field = repeat(' ', max(0, width - len_trim(text)))//trim(text)
    end function right
 
-   !> Text at the left end of a field; longer text is not cut.
+   !> Text aligned to the left end of a field; a longer text is not cut.
    pure function left(text, width) result(field)
       character(*), intent(in) :: text
       integer, intent(in) :: width

@@ -7,23 +7,23 @@ module run_accuracy
    public :: check_residual, check_penetration, check_tension, check_complementarity, check_foundation, check_mesh, &
       & check_rounding, check_error_bar, check_rolling, check_strain, check_force_balance, check_moment_balance, check_node_balance
 
-   !> Place of a measured value. Labels are the deck's; 0: the whole structure.
+   !> Position of a measured value in a run. Labels are those of the deck; 0: the whole structure.
    type :: place_t
-      integer :: branch = 0                   !! number in the result file; 0: the path of the steps
+      integer :: branch = 0                   !! number of the branch in the result file; 0: the path of the steps
       integer :: step = 0
-      integer :: point = 0                    !! row in the results of its path, from 1
+      integer :: point = 0                    !! row in the results of this path, from 1
       real(wp) :: load_factor = 0.0_wp
       integer :: node = 0
       integer :: element = 0
    end type place_t
 
-   !> Worst value of one check so far.
+   !> Worst value of one check so far, and its position.
    type :: worst_t
       real(wp) :: value = 0.0_wp
-      type(place_t) :: at                     !! point 0: no value yet
+      type(place_t) :: at                     !! position of the value; point 0: no value yet
    end type worst_t
 
-   !> Checks of a run, in the order of the listing.
+   !> Checks of a run, in the order of the listing:
    enum, bind(c)
       enumerator :: check_residual = 1   !! largest relative residual
       enumerator :: check_penetration    !! largest penetration of a rigid obstacle over the structure's size
@@ -31,37 +31,41 @@ module run_accuracy
       enumerator :: check_complementarity !! largest |reaction * gap| over (largest reaction * size)
       enumerator :: check_foundation     !! foundations at nodes: largest |reaction - reaction by the law for the gap|, over the
       !! largest reaction
-      enumerator :: check_mesh           !! a measure of element length over its limit, see mesh_adequacy
-      enumerator :: check_rounding       !! rounding as part of the stiffness along the path, see tangent_rounding
-      enumerator :: check_error_bar      !! widest error bar of a critical load, over the largest load of its step
-      enumerator :: check_rolling        !! range of rolling in both directions that the loads leave undetermined, over the size,
-      !! see rolling_rods
+      enumerator :: check_mesh           !! measure of element length over its limit, see mesh_adequacy
+      enumerator :: check_rounding       !! rounding error over the stiffness along the path, see tangent_rounding
+      enumerator :: check_error_bar      !! widest error bar of a critical load, over the largest load factor of its step
+      enumerator :: check_rolling !! range of rolling in both directions that the loads leave undetermined, over the structure's
+      !! size, see rolling_rods
       enumerator :: check_strain         !! largest strain of the rods, see largest_strain
       enumerator :: check_force_balance  !! |loads + supports + contact| over the force scale
-      enumerator :: check_moment_balance !! the same for moments about the structure's middle, over the size
-      enumerator :: check_node_balance   !! largest sum of the forces (or moments over the size) on a node, without components
-      !! that supports carry, over the force scale
+      enumerator :: check_moment_balance !! |sum of moments about the structure's middle| over the force scale and the structure's
+      !! size
+      enumerator :: check_node_balance !! largest sum of the forces on a node (or of the moments over the structure's size), without
+      !! components that supports carry, over the force scale
    end enum
    integer, parameter :: n_checks = check_node_balance
    logical, parameter :: of_point(n_checks) = [.true., .true., .true., .true., .true., .false., .false., .false., .false., &
-      & .false., .true., .true., .true.] !! true: measured at one point alone
+      & .false., .true., .true., .true.] !! true: the check is measured at a single point
 
-   !> Worst values over all accepted points, computed by routines that share no code with the solver.
+   !> Worst values over all accepted points. The routines that compute them share no code with the solver.
    type :: accuracy_t
-      type(worst_t) :: worst(n_checks)        !! by check_...
-      character(:), allocatable :: strain_words !! words on it; allocated if it is not small
-      character(:), allocatable :: rolling_words !! place and kind of rolling; allocated if such a point exists
-      character(:), allocatable :: hanging_words !! monitors that rolling leaves undetermined; allocated if there are any
-      character(:), allocatable :: bar_words  !! name of that critical load; allocated if the bar is wider than the deck allows
-      character(:), allocatable :: mesh_words !! elements, reason and remedy; allocated if the measure is above 1
+      type(worst_t) :: worst(n_checks)        !! worst value of each check, indexed by check_...
+      character(:), allocatable :: strain_words !! message about the strain; allocated if the strain is not small
+      character(:), allocatable :: rolling_words !! position and kind of rolling; allocated if a point exists at which a rod can
+      !! roll
+      character(:), allocatable :: undetermined_words !! monitors that rolling leaves undetermined; allocated if there are any
+      character(:), allocatable :: bar_words !! name of the critical load with the widest bar; allocated if the bar is wider than
+      !! the deck allows
+      character(:), allocatable :: mesh_words !! elements, reason and remedy; allocated if the measure of element length is above
+      !! its limit
       real(wp) :: force = 0.0_wp              !! largest force of the run so far: reference value of the balances
       real(wp) :: load = 0.0_wp               !! largest magnitude of the load factor in a step so far
-      integer :: load_step = 0                !! that step
+      integer :: load_step = 0                !! step in which the largest load factor occurred
       real(wp) :: reaction = 0.0_wp           !! largest reaction at a node of the run so far
       real(wp) :: asked = 0.0_wp              !! tolerance of displacements that the deck requests, over the structure's size
-      real(wp) :: stiffness = 0.0_wp          !! stiffness along the path, at the last point without a label: reference value of
-      !! `rounding`
-      character(:), allocatable :: rounding_words !! words on rounding and its remedy; allocated if rounding is too large
+      real(wp) :: stiffness = 0.0_wp !! stiffness along the path at the last point without a label: reference value of
+      !! check_rounding
+      character(:), allocatable :: rounding_words !! message about rounding and its remedy; allocated if rounding is too large
    end type accuracy_t
 
    !> One check of a run, for listing and result file.
@@ -70,8 +74,8 @@ module run_accuracy
       character(38) :: head = ''              !! heading of the check in the listing
       character(200) :: description = ''
       type(worst_t) :: worst
-      logical :: of_contact = .false.         !! true: structures without contact do not need it
-      logical :: if_found = .false.           !! true: it is of interest only if some point has a value
+      logical :: of_contact = .false.         !! true: structures without contact do not have this check
+      logical :: if_found = .false.           !! true: the check is shown only if some point has a value
    end type check_t
 
    !> Words and properties of each check in listing and result file.
@@ -113,13 +117,13 @@ contains
       list%worst = accuracy%worst
    end function checks_of
 
-   !> Keeps a value if it is worse than those before.
+   !> Stores a value if it is worse than all values before.
    pure subroutine note_worst(accuracy, check, value, place, node, element)
       type(accuracy_t), intent(inout) :: accuracy
-      integer, intent(in) :: check            !! check_...
+      integer, intent(in) :: check            !! index of the check, check_...
       real(wp), intent(in) :: value
       type(place_t), intent(in) :: place
-      integer, intent(in), optional :: node, element !! labels
+      integer, intent(in), optional :: node, element !! labels of the node and the element to which the value belongs
       associate (worst => accuracy%worst(check))
          if (value <= worst%value) return
          worst%value = value
@@ -129,7 +133,7 @@ contains
       end associate
    end subroutine note_worst
 
-   !> Empty accuracy record for one point: reference forces are those of the run so far, measured values are zero.
+   !> Accuracy record for a single point: reference forces are those of the run so far, measured values are zero.
    pure function begin_point(accuracy) result(here)
       type(accuracy_t), intent(in) :: accuracy
       type(accuracy_t) :: here
@@ -137,7 +141,7 @@ contains
       where (of_point) here%worst = worst_t()
    end function begin_point
 
-   !> Raises the worst values to those of a point, which were measured with the record of begin_point.
+   !> Replaces the worst values by those of a point, where these are worse; they were measured in the record from begin_point.
    pure subroutine take_point(accuracy, here)
       type(accuracy_t), intent(inout) :: accuracy
       type(accuracy_t), intent(in) :: here

@@ -1,9 +1,10 @@
-!> Contact regions of contact at nodes: connected lengths of contact and their ends, located within a small part of an element.
+!> Contact regions of contact at nodes: connected lengths of contact and their ends. The ends are located within a small part of an
+!> element.
 !>
 !> A rod leaves a rigid obstacle smoothly: its curvature equals the obstacle's up to the lift-off point and changes about linearly
-!> beyond. The end of contact is the point at which the curvature of the open element, extrapolated backwards, equals the
-!> obstacle's; it may lie on either side of the last node in contact. On a foundation the end is the zero of the gap. On coupled
-!> ground the last reaction shows which part of the node's length is still under pressure.
+!> beyond it. The end of contact is the point at which the curvature of the open element, extrapolated backwards, equals that of the
+!> obstacle; it may be on either side of the last node in contact. On a foundation the end is the zero of the gap. On coupled ground
+!> the last reaction shows which part of the last node's length is still under pressure.
 module contact_regions
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp
@@ -23,11 +24,11 @@ module contact_regions
    private
    public :: find_regions, resolved_contact, candidate_coordinate, region_of
 
-   real(wp), parameter :: unresolved = 8.0_wp !! number of elements: a shorter gap in the contact does not divide a region
+   real(wp), parameter :: unresolved = 8.0_wp !! number of elements: an open length shorter than this does not divide a region
 
 contains
 
-   !> All regions of contacts at nodes, in the order of the candidates, followed by those of distributed foundations.
+   !> All regions of contact at nodes, in the order of the candidates, followed by the regions of distributed foundations.
    function find_regions(problem, state) result(regions)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -44,7 +45,7 @@ contains
          if (previous(c) > 0) cycle
          regions = [regions, follow(c, last)]
       end do
-      ! The remaining candidates belong to closed chains that are in contact all round.
+      ! All candidates that remain belong to closed chains that are in contact all round.
       do c = 1, problem%candidates%n
          if (.not. seen(c)) regions = [regions, follow(c, last)]
       end do
@@ -52,7 +53,7 @@ contains
 
    contains
 
-      !> Active neighbour before a candidate, 0: none.
+      !> The candidate before the given one, if it is active; 0: none.
       integer function previous(candidate)
          integer, intent(in) :: candidate
          previous = problem%candidates%neighbour(1, candidate)
@@ -96,8 +97,8 @@ contains
          end if
       end function follow
 
-      !> Computes coordinate and angle of the region's end at a candidate. side 1: before the candidate, 2: after it, 0: at its
-      !> node.
+      !> Computes coordinate and angle of a region's end at a candidate; side 1: the region's end is before the candidate, 2: after
+      !> it, 0: at its node.
       subroutine set_end(candidate, side, s, angle)
          integer, intent(in) :: candidate, side
          real(wp), intent(out) :: s, angle
@@ -133,9 +134,9 @@ contains
 
    !> (candidates) true: in contact, within the resolution of the mesh.
    !>
-   !> Reactions at nodes make the computed axis of a rod on a rigid obstacle wavy between and beside the nodes, so that some nodes
-   !> lift off by a gap far below the resolution of the mesh. A gap between two contacts counts as contact if it is not longer than
-   !> eight of the elements around it.
+   !> Reactions at nodes make the computed axis of a rod on a rigid obstacle wavy between and beside the nodes. Some nodes therefore
+   !> lift off by a gap far below the resolution of the mesh. An open length between two contacts counts as contact if it is not
+   !> longer than eight of the elements around it.
    function resolved_contact(problem, state) result(touching)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -169,7 +170,7 @@ contains
       end do
    end function resolved_contact
 
-   !> Arc length of a candidate along its chain, at the present position of its node.
+   !> Arc length of a candidate along its chain, at the present position of its node on the rod.
    real(wp) function candidate_coordinate(problem, state, candidate) result(s)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -183,13 +184,13 @@ contains
          & problem%model%mesh%s(2, e), state%geometry%element(e)%s(2))
    end function candidate_coordinate
 
-   !> Signed distance from the last candidate in contact to the end of the contact, > 0 outwards.
+   !> Distance along the rod from the last candidate in contact to the end of the contact, > 0 outwards.
    real(wp) function overhang(problem, state, candidate, side) result(beyond)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate, side
       if (problem%candidates%bilateral(candidate)) then
-         ! If only a support prevents contact at the neighbouring node, the contact extends to this node.
+         ! If the neighbouring node is open only because a support holds it, the contact extends to this node.
          beyond = state%geometry%element(problem%candidates%element(side, candidate))%length
       else if (problem%model%obstacle(problem%candidates%obstacle(candidate))%rigid) then
          beyond = rigid_overhang(problem, state, candidate, side)
@@ -200,8 +201,8 @@ contains
       end if
    end function overhang
 
-   !> Rigid obstacle: root of the parabola given by the curvature difference at both ends of the open element and its slope at the
-   !> far end.
+   !> On a rigid obstacle: the root of a parabola for the difference between the curvatures of rod and obstacle. The parabola has
+   !> the differences at both ends of the open element and the slope at its far end.
    real(wp) function rigid_overhang(problem, state, candidate, side) result(beyond)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -219,7 +220,7 @@ contains
       near = misfit(inner, candidate)
       far = misfit(outer, problem%candidates%neighbour(side, candidate))
       slope = -direction * problem%compliance(e)%bending * local(2, outer) - obstacle_slope()
-      ! misfit(d) = far + slope (d - h) + a (d - h)^2, with the distance d from the candidate, outwards.
+      ! misfit(d) = far + slope (d - h) + a (d - h)^2, with the distance d from the candidate, positive outwards.
       a = (near - far + slope * h) / h**2
       beyond = 0.0_wp
       root = slope**2 - 4.0_wp * a * far
@@ -227,7 +228,7 @@ contains
       b = slope + sign(sqrt(root), slope)
       if (.not. abs(b) > 0.0_wp) return
       beyond = h - 2.0_wp * far / b
-      ! On a short free span the moment may have its maximum in this element; the contact then ends at the other root.
+      ! On a short free span the moment may have its maximum inside this element; the contact then ends at the other root.
       if (abs(a) > 0.0_wp) then
          other = h - 0.5_wp * b / a
          if (abs(other) < abs(beyond)) beyond = other
@@ -236,7 +237,7 @@ contains
 
    contains
 
-      !> Curvature of the rod minus that of a rod with the same extension ratio on the obstacle.
+      !> Curvature of the rod minus curvature of a rod with the same extension ratio that lies on the obstacle.
       real(wp) function misfit(k, c)
          integer, intent(in) :: k, c
          real(wp) :: stretch
@@ -245,9 +246,10 @@ contains
             & local(3, k) * problem%compliance(e)%bending - stretch * obstacle_curvature(k, c, 0.0_wp)
       end function misfit
 
-      !> Curvature of a rod on the obstacle at the point nearest to a candidate that is moved along the rod.
+      !> Curvature of a rod that lies on the obstacle, at the point of the obstacle nearest to a candidate that is moved along the
+      !> rod.
       real(wp) function obstacle_curvature(k, c, moved) result(curvature)
-         integer, intent(in) :: k, c      !! end of the element and its candidate
+         integer, intent(in) :: k, c      !! end of the element (1 or 2) and the candidate at this end
          real(wp), intent(in) :: moved
          real(wp) :: x(2), t(2), theta, gap, normal(2), bend
          type(pose_t) :: pose
@@ -261,7 +263,7 @@ contains
          end associate
       end function obstacle_curvature
 
-      !> Derivative of the obstacle's curvature along the rod, outwards, at the far end.
+      !> Derivative of the obstacle's curvature along the rod at the far end of the open element, positive outwards.
       real(wp) function obstacle_slope() result(change)
          real(wp), parameter :: part = 1.0e-4_wp
          integer :: c
@@ -279,7 +281,7 @@ contains
       natural_curvature = (element%end_angle(2) - element%end_angle(1)) / element%length
    end function natural_curvature
 
-   !> Winkler foundation: place where the gap changes sign in the open element.
+   !> On a Winkler foundation: the place in the open element at which the gap changes its sign.
    real(wp) function winkler_overhang(problem, state, candidate, side) result(beyond)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -298,9 +300,9 @@ contains
       beyond = beyond * state%geometry%element(problem%candidates%element(side, candidate))%length
    end function winkler_overhang
 
-   !> Coupled ground: the pressure is extrapolated from the two nodes before the last one; the result is the part of the last node's
-   !> length over which this pressure gives the node's reaction. On a half-space the pressure falls to zero with the square root of
-   !> the distance from the end.
+   !> On coupled ground: the pressure is extrapolated from the two nodes before the last one. The result is the part of the last
+   !> node's length over which this pressure gives the reaction of the node. On a half-space the pressure decreases to zero with the
+   !> square root of the distance from the end.
    real(wp) function patch_overhang(problem, state, candidate, side) result(beyond)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -329,7 +331,7 @@ contains
       if (fall > 0.0_wp) then
          filled = (1.5_wp * state%reaction(candidate) / sqrt(fall))**(2.0_wp / 3.0_wp)
       else
-         if (pressure <= 0.5_wp * inner(1)) pressure = inner(1) ! an extrapolated value this small is not used
+         if (pressure <= 0.5_wp * inner(1)) pressure = inner(1) ! such a small extrapolated value is not used
          filled = state%reaction(candidate) / pressure
       end if
       beyond = min(max(filled, 0.0_wp), sum(half)) - half(1)

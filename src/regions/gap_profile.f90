@@ -1,5 +1,5 @@
-!> Smallest gap of contact at nodes, between the nodes, too. The rod's dense output there has the derivatives at the nodes, which
-!> have the full order of the element (mend_ends).
+!> Smallest gap of contact at nodes, including the gaps between the nodes. Between nodes the gap follows from the rod profile, whose
+!> derivatives at the nodes have the full order of the element (mend_ends).
 module gap_profile
    use kinds, only: wp
    use problem, only: problem_t
@@ -13,12 +13,12 @@ module gap_profile
 
 contains
 
-   !> Smallest gap along the elements between marked candidates. On coupled ground only the gaps at nodes count, relative to the
-   !> settled surface.
+   !> Smallest gap along the elements between marked candidates. On coupled ground only the gaps at nodes count, and they are
+   !> measured to the settled surface.
    real(wp) function smallest_gap(problem, state, marked) result(least)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      logical, intent(in) :: marked(:)     !! (candidates)
+      logical, intent(in) :: marked(:)     !! (candidates) true: the elements beside this candidate are included
       type(element_gap_t) :: gap
       real(wp) :: value, place
       integer :: c, next

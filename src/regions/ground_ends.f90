@@ -1,9 +1,9 @@
-!> Ends of a foundation's chain that supports fix on the foundation's surface: the gap is zero there at every load.
+!> Ends of a foundation's chain that are fixed by supports on the foundation's surface, so that the gap is zero there at every load.
 !>
-!> Contact beside such an end is lost when its length shrinks to zero. The least gap then tends to zero with the power 3/2 of the
-!> slope at the end and remains zero after the loss: it has no change of sign at which the loss could be located. The gap divided by
-!> the distance from the end, or by the square of this distance if the support fixes the slope as well, is smooth and changes its
-!> sign where the slope, or the curvature, is zero.
+!> If the contact beside such an end is lost, its length shrinks to zero. The least gap then tends to zero with the power 3/2 of the
+!> slope at the end and remains zero after the loss: it does not change its sign, so that the loss could not be located by it. The
+!> gap divided by the distance from the end (or by the square of the distance, if the support also fixes the slope) is smooth, and
+!> changes its sign where the slope (or the curvature) is zero.
 module ground_ends
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -17,12 +17,12 @@ module ground_ends
 
 contains
 
-   !> Orders of the gap's roots at the first and the last end of a contact's chain; 0: no root in the given range.
+   !> Orders of the gap's roots at the first and the last end of a contact's chain; 0: no root inside the given range.
    function root_orders(problem, state, contact, from, to) result(order)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: contact          !! contact with a chain
-      real(wp), intent(in) :: from, to        !! range of arc lengths
+      integer, intent(in) :: contact          !! index of a contact that has a chain
+      real(wp), intent(in) :: from, to        !! range of arc lengths along the chain
       integer :: order(2)
       real(wp) :: gap, slope, bend
       integer :: side, c, e
@@ -42,12 +42,12 @@ contains
       end do
    end function root_orders
 
-   !> Roots with their places as arc lengths of the chain; none if all orders are 0.
+   !> Roots and their positions as arc lengths of the chain; empty if all orders are 0.
    function chain_roots(problem, state, contact, order) result(root)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact
-      integer, intent(in) :: order(2)         !! orders of the roots; 0: the root of this end is not included
+      integer, intent(in) :: order(2)         !! orders of the roots at the first and last end; 0: no root at this end
       type(gap_root_t) :: root(count(order > 0))
       real(wp) :: gap, slope, bend
       integer :: side, c, e, n
@@ -65,10 +65,10 @@ contains
       end do
    end function chain_roots
 
-   !> Finds the candidate at an end of an open chain, and its element; 0: none.
+   !> Finds the candidate at an end of an open chain, and the element beside it; 0: none.
    pure subroutine chain_end(problem, contact, side, candidate, element)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: contact, side    !! 1: first end, 2: last end
+      integer, intent(in) :: contact, side    !! index of the contact; side 1: first end, 2: last end of its chain
       integer, intent(out) :: candidate, element
       associate (chain => problem%ground%chain)
          candidate = findloc(chain%contact == contact .and. chain%element(side, :) == 0 .and. chain%element(3 - side, :) > 0, &
@@ -78,7 +78,8 @@ contains
       end associate
    end subroutine chain_end
 
-   !> Computes the gap at an end of a rod, and its first and second derivatives by the stress-free distance from the end.
+   !> Computes the gap at an end of a rod and its first and second derivatives with respect to the stress-free distance from the
+   !> end.
    subroutine gap_at_rod_end(problem, state, side, candidate, e, gap, slope, bend)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

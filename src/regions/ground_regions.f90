@@ -1,4 +1,4 @@
-!> Contact regions of foundations that act inside elements, and pressures and reactions at nodes.
+!> Contact regions of foundations that act inside elements; pressures and reactions of these foundations at nodes.
 module ground_regions
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp
@@ -19,11 +19,11 @@ module ground_regions
    implicit none
    private
    public :: find_ground_regions, smallest_ground_gap, inner_opening, part_of_range, rounds, ground_pressure, ground_reaction, &
-      & deck_ground_reaction, foundation_totals, taken_along
+      & deck_ground_reaction, foundation_totals, regions_on_moved_nodes
 
 contains
 
-   !> All regions, contact by contact along their chains.
+   !> All contact regions of foundations, contact by contact along the chains.
    function find_ground_regions(problem, state) result(regions)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -33,7 +33,8 @@ contains
       real(wp) :: part(2, most_parts), h
       integer :: c, e, i, n, first, closes
       logical :: open_end
-      logical :: forward(size(problem%model%contact)) ! angles of the contact increase along its chain
+      logical :: forward(size(problem%model%contact)) ! (contacts) true: angles on the obstacle increase along the chain of the
+      ! contact
       allocate (regions(0))
       forward = .true.
       associate (chain => problem%ground%chain)
@@ -46,7 +47,7 @@ contains
                cycle
             end if
             if (chain%neighbour(1, c) == 0) open_end = .false.
-            ! The chain of a closed contact begins at its first candidate.
+            ! The chain of a contact on a closed rod begins at the first candidate of the contact.
             if (c == 1) then
                first = 1
             else if (chain%contact(c) /= chain%contact(c - 1)) then
@@ -68,7 +69,7 @@ contains
                end if
                open_end = part(2, i) >= 1.0_wp
             end do
-            ! At the end of a closed chain the last region may continue as the first one.
+            ! At the end of a closed chain the last region may continue as the first region.
             closes = chain%neighbour(2, c)
             if (closes >= 1 .and. closes <= c .and. open_end .and. size(regions) >= first) then
                if (regions(first)%start <= chain_place(problem, state, closes)) then
@@ -85,7 +86,7 @@ contains
                open_end = .false.
             end if
          end do
-         ! An end of contact at a support may leave a region of zero length.
+         ! Where contact ends at a support, a region of zero length may remain.
          regions = pack(regions, regions%end > regions%start)
          do i = 1, size(regions)
             associate (obstacle => problem%model%obstacle(problem%model%contact(regions(i)%contact)%obstacle))
@@ -97,7 +98,7 @@ contains
 
    contains
 
-      !> Computes coordinate and angle of a position on the element after a candidate.
+      !> Computes arc length and angle of a place tau (0 to 1) on the element after a candidate.
       subroutine set_end(candidate, tau, s, angle)
          integer, intent(in) :: candidate
          real(wp), intent(in) :: tau
@@ -118,17 +119,18 @@ contains
       end subroutine set_end
    end function find_ground_regions
 
-   !> Finds the smallest gap in a range of a contact's chain, divided by the roots that are known; the range may exceed the chain.
+   !> Finds the smallest gap in a range of a contact's chain, divided by its known roots. The range may exceed the end of the chain.
    subroutine smallest_ground_gap(problem, state, contact, from, to, root, least, candidate, place, factor)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact
-      real(wp), intent(in) :: from, to  !! arc lengths; on a closed chain `to` may lie beyond the chain's end, in the next circuit
-      type(gap_root_t), intent(in) :: root(:) !! roots divided out of the gap, see ground_ends; may be none
+      real(wp), intent(in) :: from, to !! arc lengths of the range; on a closed chain `to` may lie behind the chain's end, in the
+      !! next turn around the chain
+      type(gap_root_t), intent(in) :: root(:) !! roots by which the gap is divided, see ground_ends; size 0: none
       real(wp), intent(out) :: least
-      integer, intent(out) :: candidate !! candidate before the element with the smallest gap, 0: empty range
-      real(wp), intent(out) :: place    !! place in that element, 0 to 1
-      real(wp), intent(out) :: factor   !! factor of the division at the place; 0: the place is a root
+      integer, intent(out) :: candidate !! candidate before the element with the smallest gap; 0: the range is empty
+      real(wp), intent(out) :: place    !! place of the smallest gap in this element, 0 to 1
+      real(wp), intent(out) :: factor   !! factor of the division at this place; 0: the place is a root
       type(gap_root_t) :: there(size(root))
       real(wp) :: range(2), value, tau, h
       integer :: c, round
@@ -153,20 +155,20 @@ contains
       end do
    end subroutine smallest_ground_gap
 
-   !> Finds the largest local maximum of the gap in a range, with contact on both sides of the maximum: > 0 if the region is divided
-   !> there, < 0 if not. Without such a maximum: minus the deepest penetration. The whole range is searched, because the maximum may
-   !> move.
+   !> Finds the largest local maximum of the gap in a range, with contact on both sides of the maximum. It is > 0 if the region is
+   !> divided there, < 0 if not. If there is no such maximum, the result is minus the deepest penetration. The whole range is
+   !> searched, because the maximum may move along the rod.
    subroutine inner_opening(problem, state, contact, from, to, opening, candidate, place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact
       real(wp), intent(in) :: from, to
       real(wp), intent(out) :: opening
-      integer, intent(out) :: candidate !! candidate before the element with the maximum, as in smallest_ground_gap
+      integer, intent(out) :: candidate !! candidate before the element with the maximum; 0: the range is empty
       real(wp), intent(out) :: place
       type(element_gap_t) :: between
       real(wp), allocatable :: gap(:), peak(:), tau(:)
-      integer, allocatable :: after(:)           ! candidate before the sample
+      integer, allocatable :: after(:)           ! (samples) candidate before each sample
       real(wp) :: range(2), at(0:most_samples), value(0:most_samples), rounding, bend
       integer :: c, i, n, round, first_contact, last_contact, found
       allocate (gap((most_samples + 1) * (1 + rounds(problem, contact)) * problem%ground%chain%n))
@@ -191,8 +193,8 @@ contains
                   after(n) = c
                   if (i == 0) cycle
                   peak(n) = max(value(i - 1), value(i))
-                  ! Between two samples the gap can only have a maximum above rounding if the samples differ by less than its
-                  ! curvature allows.
+                  ! Between two samples the gap can have a maximum above rounding only if the samples differ by less than the
+                  ! curvature of the gap allows.
                   if (bend > max(abs(value(i) - value(i - 1)), rounding)) &
                      & call gap_extreme(problem, between, .true., at(i - 1), at(i), peak(n), tau(n))
                end do
@@ -205,11 +207,11 @@ contains
       if (n == 0) return
       opening = minval(gap(:n))
       found = 0
-      ! A maximum within rounding of an end of contact is not counted.
+      ! A maximum that is within rounding of an end of contact does not count.
       first_contact = findloc(gap(:n) < -rounding, .true., 1)
       last_contact = findloc(gap(:n) < -rounding, .true., 1, back=.true.)
       do i = first_contact + 1, last_contact
-         ! Maximum inside the interval before sample i, or at sample i.
+         ! The maximum is inside the interval before sample i, or at sample i.
          if (peak(i) > max(gap(i - 1), gap(i)) + rounding) then
             if (peak(i) > opening) found = i
             opening = max(opening, peak(i))
@@ -229,9 +231,9 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact, candidate
-      integer, intent(in) :: round               !! number of completed circuits of a closed chain
-      real(wp), intent(in) :: from, to           !! arc lengths of the range
-      real(wp), intent(out) :: range(2)          !! part of the element, 0 to 1
+      integer, intent(in) :: round               !! number of completed turns around a closed chain
+      real(wp), intent(in) :: from, to           !! arc lengths of the ends of the range
+      real(wp), intent(out) :: range(2)          !! part of the element that lies in the range, 0 to 1
       real(wp) :: s, h
       range = 0.0_wp
       associate (chain => problem%ground%chain)
@@ -244,7 +246,7 @@ contains
       end associate
    end function part_of_range
 
-   !> Arc length along its chain of a candidate with an element after it, at the present position of its node.
+   !> Arc length along its chain of a candidate, at the present position of its node. The candidate must have an element after it.
    pure real(wp) function chain_place(problem, state, candidate) result(s)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -261,14 +263,15 @@ contains
       end associate
    end function chain_place
 
-   !> Regions of a state transferred to the node positions of another state on the same mesh: ends of contact at nodes move with the
-   !> nodes.
-   function taken_along(problem, from, to, regions) result(moved)
+   !> Regions of one state, transferred to the node positions of another state on the same mesh: ends of contact at nodes move with
+   !> the nodes.
+   function regions_on_moved_nodes(problem, from, to, regions) result(moved)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
       type(region_t), intent(in) :: regions(:)   !! regions of `from`
       type(region_t) :: moved(size(regions))
-      real(wp), allocatable :: place(:), way(:)  !! positions of the nodes of a contact and their displacements along the chain
+      real(wp), allocatable :: place(:), way(:) !! positions of the nodes of a contact along the chain; displacements of the nodes
+      !! along the chain
       integer :: c, k, n
       moved = regions
       if (.not. problem%moves_nodes() .or. size(regions) == 0) return
@@ -290,7 +293,7 @@ contains
 
    contains
 
-      !> Displacement along the chain, interpolated between the nodes.
+      !> Displacement along the chain at an arc length, interpolated between the nodes.
       real(wp) function way_at(s)
          real(wp), intent(in) :: s
          real(wp) :: at
@@ -306,20 +309,20 @@ contains
             return
          end do
       end function way_at
-   end function taken_along
+   end function regions_on_moved_nodes
 
-   !> Number of additional circuits of a chain that a range may extend over: 1 for a closed chain, 0 for an open one.
+   !> Number of additional turns around a chain over which a range may extend: 1 for a closed chain, 0 for an open one.
    pure integer function rounds(problem, contact)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: contact
       rounds = merge(1, 0, problem%ground%chain%chain_length(contact) > 0.0_wp)
    end function rounds
 
-   !> Computes the force per stress-free length and the gap at each node of the foundations' chains.
+   !> Computes the foundation's force by stress-free length, and the gap, at each node of the foundations' chains.
    subroutine ground_pressure(problem, state, pressure, gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(out) :: pressure(:), gap(:) !! (chain)
+      real(wp), intent(out) :: pressure(:), gap(:) !! (candidates of the foundations' chains) pressure > 0 in compression; gap
       real(wp) :: normal(2), bend
       integer :: c
       do c = 1, problem%ground%chain%n
@@ -328,11 +331,11 @@ contains
       end do
    end subroutine ground_pressure
 
-   !> Computes distributed reactions as forces at the nodes of the chains, by linear interpolation.
+   !> Computes the distributed reactions of foundations as forces at the nodes of their chains; elements distribute them linearly.
    subroutine ground_reaction(problem, state, reaction)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(out) :: reaction(:)       !! (chain)
+      real(wp), intent(out) :: reaction(:)       !! (candidates of the foundations' chains) reaction forces
       type(inner_forces_t) :: inner
       real(wp) :: share
       integer :: e, q, c
@@ -351,14 +354,15 @@ contains
       end do
    end subroutine ground_reaction
 
-   !> Computes the distributed reaction of one contact as forces at the deck's nodes of this contact, on any mesh, and the force per
-   !> stress-free length at these nodes.
+   !> Computes the distributed reaction of one contact as forces at the deck's nodes of this contact, and the force by stress-free
+   !> length at these nodes. The mesh may have other nodes.
    subroutine deck_ground_reaction(problem, state, contact, gap, reaction, density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: contact             !! index into model%contact, with distributed reactions
-      real(wp), intent(in) :: gap(:)             !! (nodes of the contact in the deck)
-      real(wp), intent(out) :: reaction(:), density(:) !! (nodes of the contact in the deck)
+      integer, intent(in) :: contact             !! index into model%contact of a contact with distributed reactions
+      real(wp), intent(in) :: gap(:)             !! (nodes of the contact in the deck) gaps
+      real(wp), intent(out) :: reaction(:), density(:) !! (nodes of the contact in the deck) reaction forces; forces by stress-free
+      !! length
       type(inner_forces_t) :: inner
       integer :: row(problem%deck%mesh%n_nodes), e, q, i, k
       real(wp) :: at, share, part
@@ -388,7 +392,7 @@ contains
       end do
    end subroutine deck_ground_reaction
 
-   !> Force per stress-free length at a gap.
+   !> Force by stress-free length of a contact's foundation at a given gap.
    pure real(wp) function pressure_at(problem, contact, gap) result(pressure)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: contact
@@ -401,7 +405,7 @@ contains
       end associate
    end function pressure_at
 
-   !> Computes the resultant force in x and y, and the sum of the normal reactions, of each obstacle's distributed foundations.
+   !> For each obstacle, computes the resultant force (x, y) of its distributed foundations and the sum of their normal reactions.
    subroutine foundation_totals(problem, state, total)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -18,7 +18,7 @@ module span_regions
 
 contains
 
-   !> All regions, contact by contact along the chains. A line contact that continues past a segment boundary is one region.
+   !> All regions, contact by contact along the chains. A line contact that continues past a segment boundary is a single region.
    function find_span_regions(problem, state) result(regions)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -28,7 +28,7 @@ contains
       integer :: c, i
       allocate (regions(0))
       seen = problem%candidates%contact_span(:problem%candidates%n) == 0
-      ! A node clamped on an obstacle, without contact beside it, is no region.
+      ! A node that is clamped on an obstacle, without contact beside it, is not a region.
       do c = 1, problem%candidates%n
          if (seen(c) .or. any(problem%candidates%neighbour(:, c) > 0)) cycle
          seen(c) = stands(problem, state, c)
@@ -36,7 +36,7 @@ contains
       do c = 1, problem%candidates%n
          if (.not. seen(c) .and. problem%candidates%neighbour(1, c) == 0) regions = [regions, follow(c)]
       end do
-      ! The remaining candidates belong to closed chains that are in contact all round.
+      ! All candidates that remain belong to closed chains that are in contact all round.
       do c = 1, problem%candidates%n
          if (.not. seen(c)) regions = [regions, follow(c)]
       end do
@@ -54,7 +54,7 @@ contains
 
    contains
 
-      !> Region that begins at a candidate.
+      !> Contact region that begins at a candidate.
       type(region_t) function follow(first) result(region)
          integer, intent(in) :: first
          logical :: forward
@@ -95,13 +95,13 @@ contains
          end associate
       end function follow
 
-      !> Number of the contact span at a candidate.
+      !> Identity number of the contact span at a candidate.
       pure integer function number_of(candidate)
          integer, intent(in) :: candidate
          number_of = problem%contact_span(problem%candidates%contact_span(candidate))%number
       end function number_of
 
-      !> Angle of the contact force's position on an obstacle that has angles.
+      !> Angle of the contact force's position on the obstacle, if the obstacle has angles.
       real(wp) function angle_at(candidate, arm) result(angle)
          integer, intent(in) :: candidate
          real(wp), intent(in) :: arm(2)          !! vector from the candidate's node to the force
@@ -134,8 +134,8 @@ contains
                      & is_known(place%contact_span))) cycle
                   if (place%last .neqv. (side == 2 .and. regions(r)%line)) cycle
                   bar = place%bar
-                  ! At the onset of contact the position of the least gap and that of the new point contact differ by the error of
-                  ! the element's polynomials.
+                  ! Where contact begins, the position of the least gap and that of the new point contact differ by the error of the
+                  ! element's polynomials.
                   bar%correction = bar%correction + (place%at - at(side))
                   bar%bar = bar%bar + abs(place%at - at(side))
                end associate
@@ -145,7 +145,7 @@ contains
 
    contains
 
-      !> True if the contact span with this number forms an end of a region.
+      !> True if the contact span with a given number forms an end of a region.
       pure logical function is_known(contact_span)
          integer, intent(in) :: contact_span
          integer :: i
@@ -153,7 +153,7 @@ contains
       end function is_known
    end subroutine assign_place_bars
 
-   !> Region of a point contact that just begins: gap zero, force zero.
+   !> Region of a point contact that is just beginning: its gap and its force are zero.
    type(region_t) function beginning_region(problem, state, contact, rod_segment, at) result(region)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -181,11 +181,11 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      integer, intent(in) :: side           !! side of the candidate whose element gives the coordinate, relevant where a chain
-      !! closes: 1 before the candidate, 2 after it
-      real(wp), intent(in), optional :: before(:) !! lengths_before of the state, for coordinates of many candidates
+      integer, intent(in) :: side !! side of the candidate on which the element is taken to compute the coordinate: 1: before the
+      !! candidate, 2: after it. This matters where a chain closes
+      real(wp), intent(in), optional :: before(:) !! result of lengths_before, if coordinates of many candidates are needed
       integer :: e, tried, at
-      ! If the contact does not cover the rod beyond a segment boundary, the element on the other side gives the coordinate.
+      ! If the contact does not cover the rod beyond a segment boundary, the element on the opposite side gives the coordinate.
       at = side
       do tried = 1, 2
          e = problem%candidates%element(at, candidate)
@@ -205,7 +205,7 @@ contains
       end associate
    end function chain_coordinate
 
-   !> (elements) Stress-free length of the element's rod segment before the element.
+   !> (elements) Stress-free length between the beginning of the element's rod segment and the element.
    pure function lengths_before(problem, state) result(before)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -219,7 +219,7 @@ contains
       end do
    end function lengths_before
 
-   !> Stress-free length of all rod segments that a contact covers; for a closed chain its length.
+   !> Sum of the stress-free lengths of all rod segments that a contact covers; for a closed chain this is the length of the chain.
    pure real(wp) function whole_length(problem, state, contact) result(length)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -8,7 +8,7 @@ module conforming_rod
    use inner_forces, only: inner_forces_t
    use gauss_tableau, only: raised_values
    use rod_load, only: ge_load_t, acts, line_at_stage
-   use conforming_span, only: evaluate_conforming, lying_t, conforming_forces, conforming_resultant
+   use conforming_span, only: evaluate_conforming, conforming_state_t, conforming_forces, conforming_resultant
    implicit none
    private
    public :: conforming_rod_t
@@ -26,7 +26,7 @@ module conforming_rod
 
 contains
 
-   !> See rod_element.
+   !> Implements rod_element_t%evaluate, where the arguments are described.
    subroutine evaluate(self, problem, state, base, e, f, raw, k, fl, op, defect, ok, inner, shift)
       class(conforming_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -44,21 +44,21 @@ contains
       defect = [0.0_wp, internal]
    end subroutine evaluate
 
-   !> See rod_element.
+   !> Implements rod_element_t%end_forces, where the arguments are described.
    subroutine end_forces(self, problem, state, e, first, second)
       class(conforming_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(out) :: first(3), second(3)
-      type(lying_t) :: kept
+      type(conforming_state_t) :: kept
       type(inner_forces_t) :: inner
       call foundation_forces(problem, state, e, inner)
       call conforming_resultant(problem, state, e, 0.0_wp, kept, first)
       call conforming_resultant(problem, state, e, 1.0_wp, kept, second, inner)
    end subroutine end_forces
 
-   !> See rod_element.
+   !> Implements rod_element_t%local_forces, where the arguments are described.
    function local_forces(self, problem, state, e, tau) result(local)
       class(conforming_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -67,14 +67,15 @@ contains
       real(wp), intent(in) :: tau(:)
       real(wp) :: local(3, size(tau))
       real(wp) :: place(2), angle
-      type(lying_t) :: kept
+      type(conforming_state_t) :: kept
       integer :: i
       do i = 1, size(tau)
          call conforming_forces(problem, state, e, tau(i), local(:, i), place, angle, kept=kept)
       end do
    end function local_forces
 
-   !> See rod_element. Zero: on an obstacle of constant curvature all strains are linear in the displacements.
+   !> Implements rod_element_t%stress_stiffness. The result is zero: on an obstacle of constant curvature all strains are linear in
+   !> the displacements.
    subroutine stress_stiffness(self, problem, state, du, dz, e, factor, k, shift)
       class(conforming_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -87,7 +88,7 @@ contains
       shift = 0.0_wp
    end subroutine stress_stiffness
 
-   !> See rod_element.
+   !> Implements rod_element_t%load_sum, where the arguments are described.
    function load_sum(self, problem, state, e, middle) result(total)
       class(conforming_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -97,7 +98,7 @@ contains
       real(wp) :: total(3)
       real(wp) :: x(2, 2), position(2), force(2), local(3), angle, line(2), rate(2)
       type(ge_load_t) :: load
-      type(lying_t) :: kept
+      type(conforming_state_t) :: kept
       integer :: i, s
       load = element_load(problem, state, e)
       total = 0.0_wp
@@ -115,12 +116,12 @@ contains
             total = total + [force, position(1) * force(2) - position(2) * force(1)]
          end do
       end associate
-      ! The resultant of the pressure depends on the positions of the ends only.
+      ! The resultant of the pressure depends only on the positions of the ends.
       total = total + load%pressure * [x(2, 1) - x(2, 2), x(1, 2) - x(1, 1), &
          & 0.5_wp * (dot_product(x(:, 2), x(:, 2)) - dot_product(x(:, 1), x(:, 1)))]
    end function load_sum
 
-   !> See rod_element: the collocation polynomials of force and position.
+   !> Implements rod_element_t%finer_unknowns, by the collocation polynomials of force and position.
    function finer_unknowns(self, problem, state, finer, e) result(z)
       class(conforming_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem

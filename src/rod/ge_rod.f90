@@ -31,7 +31,7 @@ module ge_rod
 
 contains
 
-   !> See rod_element.
+   !> Implements rod_element_t%evaluate, where the arguments are described.
    subroutine evaluate(self, problem, state, base, e, f, raw, k, fl, op, defect, ok, inner, shift)
       class(ge_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -49,7 +49,7 @@ contains
       defect = [internal(1), 0.0_wp, internal(2)]
    end subroutine evaluate
 
-   !> See rod_element.
+   !> Implements rod_element_t%end_forces, where the arguments are described.
    subroutine end_forces(self, problem, state, e, first, second)
       class(ge_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -61,7 +61,7 @@ contains
       call ge_end_forces(problem%tableau(problem%model%mesh%stages(e)), ge_at(problem, state, e), first, second, inner)
    end subroutine end_forces
 
-   !> See rod_element; error O(h^(s+1)) for s stages.
+   !> Implements rod_element_t%local_forces; the error is O(h^(s+1)) for s stages.
    function local_forces(self, problem, state, e, tau) result(local)
       class(ge_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -84,7 +84,7 @@ contains
       end associate
    end function local_forces
 
-   !> See rod_element.
+   !> Implements rod_element_t%load_sum, where the arguments are described.
    function load_sum(self, problem, state, e, middle) result(total)
       class(ge_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -113,7 +113,7 @@ contains
       end associate
    end function load_sum
 
-   !> See rod_element: the collocation polynomials of the section forces.
+   !> Implements rod_element_t%finer_unknowns, by the collocation polynomials of the section forces.
    function finer_unknowns(self, problem, state, finer, e) result(z)
       class(ge_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -147,7 +147,7 @@ contains
       ! times the stresses.
       real(wp), parameter :: sides(6) = [1.0_wp, -1.0_wp, 0.5_wp, -0.5_wp, 0.25_wp, -0.25_wp]
       real(wp), parameter :: weights(6) = [0.5_wp, -0.5_wp, -20.0_wp, 20.0_wp, 128.0_wp, -128.0_wp] / 45.0_wp
-      real(wp), parameter :: small = 0.3_wp    !! n h^2/EI at the outermost points of the difference
+      real(wp), parameter :: small = 0.3_wp    !! largest magnitude of n h^2/EI in the difference
       type(ge_data_t) :: element
       real(wp) :: force(2, max_stages), step, largest, line(2), rate(2)
       type(inner_forces_t) :: inner, pressed
@@ -183,7 +183,7 @@ contains
 
    contains
 
-      !> Adds the tangent, internal unknowns eliminated, under the stresses of a part of the load change, times a weight.
+      !> Adds, times a weight, the tangent (internal unknowns eliminated) under the stresses of a part of the load change.
       subroutine add(part_of_load, weight)
          real(wp), intent(in) :: part_of_load, weight
          type(ge_data_t) :: shifted

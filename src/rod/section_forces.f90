@@ -11,12 +11,13 @@ module section_forces
 
 contains
 
-   !> (n_x, n_y, m) in global axes at both ends of an element: force and moment of the part after the section on the part before it.
+   !> Force and moment (n_x, n_y, m) at both ends of an element, global axes, exerted by the part after the section on the part
+   !> before it.
    subroutine end_forces(problem, state, e, first, second)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(out) :: first(3), second(3) !! (n_x, n_y, m)
+      real(wp), intent(out) :: first(3), second(3) !! (n_x, n_y, m) at the first and at the second end
       class(rod_element_t), pointer :: rod
       rod => rod_at(problem, e)
       call rod%end_forces(problem, state, e, first, second)
@@ -30,7 +31,7 @@ contains
       angle = state%geometry%element(e)%end_angle(side) + state%u(3, problem%model%mesh%node(side, e))
    end function rod_direction
 
-   !> (N, Q, M) in the axes of the deformed section at both ends: N > 0 in tension, Q along the left normal.
+   !> Section forces (N, Q, M) in the axes of the deformed section at both ends: N > 0 in tension, Q along the normal to the left.
    subroutine local_forces(problem, state, e, local)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -47,12 +48,12 @@ contains
       end do
    end subroutine local_forces
 
-   !> (N, Q, M) at places inside an element without a distributed foundation.
+   !> Section forces (N, Q, M) at places inside an element without a distributed foundation.
    function inner_local_forces(problem, state, e, tau) result(local)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau(:)            !! 0 to 1 of the element
+      real(wp), intent(in) :: tau(:)            !! places in the element, 0 to 1 of its stress-free length
       real(wp) :: local(3, size(tau))
       class(rod_element_t), pointer :: rod
       rod => rod_at(problem, e)

@@ -1,4 +1,4 @@
-!> The paper's straight updated-Lagrangian element, as a kind of rod_element_t.
+!> The straight updated-Lagrangian element of Silveira & Goncalves (2001), as a kind of rod_element_t.
 module ul2_rod
    use kinds, only: wp
    use problem, only: problem_t
@@ -27,7 +27,7 @@ module ul2_rod
 
 contains
 
-   !> See rod_element.
+   !> Implements rod_element_t%evaluate, where the arguments are described.
    subroutine evaluate(self, problem, state, base, e, f, raw, k, fl, op, defect, ok, inner, shift)
       class(ul2_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -50,7 +50,7 @@ contains
       ok = .true.
    end subroutine evaluate
 
-   !> See rod_element.
+   !> Implements rod_element_t%end_forces, where the arguments are described.
    subroutine end_forces(self, problem, state, e, first, second)
       class(ul2_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -69,14 +69,14 @@ contains
       shear = -(force(2) + force(3)) / l
       first = [force(1) * d(1) - shear * d(2), force(1) * d(2) + shear * d(1), -force(2)]
       second = [first(1:2), force(3)]
-      ! The loads of this element are lumped: half of them acts between each end and the node.
+      ! The loads of this element are lumped: half of them acts between each end and its node.
       call line_at_stage(load, 1, line, rate)
       half = 0.5_wp * (state%geometry%element(e)%length * line + load%pressure * l * [-d(2), d(1)])
       first(1:2) = first(1:2) + half
       second(1:2) = second(1:2) - half
    end subroutine end_forces
 
-   !> See rod_element: linear between the ends.
+   !> Implements rod_element_t%local_forces; the section forces vary linearly between the ends.
    function local_forces(self, problem, state, e, tau) result(local)
       class(ul2_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -98,7 +98,7 @@ contains
       end do
    end function local_forces
 
-   !> See rod_element.
+   !> Implements rod_element_t%stress_stiffness, where the arguments are described.
    subroutine stress_stiffness(self, problem, state, du, dz, e, factor, k, shift)
       class(ul2_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -115,7 +115,7 @@ contains
       shift = 0.0_wp
    end subroutine stress_stiffness
 
-   !> See rod_element.
+   !> Implements rod_element_t%load_sum, where the arguments are described.
    function load_sum(self, problem, state, e, middle) result(total)
       class(ul2_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -140,7 +140,7 @@ contains
       total = [force, position(1) * force(2) - position(2) * force(1)]
    end function load_sum
 
-   !> See rod_element: the element is the same in the enriched problem.
+   !> Implements rod_element_t%finer_unknowns: the element is the same in the enriched problem.
    function finer_unknowns(self, problem, state, finer, e) result(z)
       class(ul2_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -151,13 +151,14 @@ contains
       z = state%z(:problem%z_size(e), e)
    end function finer_unknowns
 
-   !> See rod_element. False: the forces follow from displacements, and the operator gives their new values.
+   !> Implements rod_element_t%takes_increments. False: the forces follow from displacements, and the operator gives their new
+   !> values.
    pure logical function takes_increments(self)
       class(ul2_rod_t), intent(in) :: self
       takes_increments = .false.
    end function takes_increments
 
-   !> See rod_element: the force of suppressed thermal strain.
+   !> Implements rod_element_t%force_scale: the force that would suppress the thermal strain.
    function force_scale(self, problem, state, e) result(scale)
       class(ul2_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -169,7 +170,7 @@ contains
       scale = ul2_heat_scale * abs(load%strain) / problem%compliance(e)%axial
    end function force_scale
 
-   !> Rounding error scale of the end forces, see rod_element: the element computes N and M from displacements.
+   !> Implements rod_element_t%force_noise: the element computes N and M from displacements.
    function force_noise(self, problem, state, e, moved) result(noise)
       class(ul2_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem

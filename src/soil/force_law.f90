@@ -1,7 +1,8 @@
-!> Laws of foundations: force per length of rod, proportional to the penetration or piecewise linear.
+!> Laws of foundations: force by length of rod, proportional to the penetration or piecewise linear.
 !>
-!> Segments are numbered from the first one, which begins at zero penetration. Tension follows the same law as pressure, on segments
-!> with negative numbers, except for the first segment, which passes through zero.
+!> Segments of a law are its straight pieces, numbered from the first one, which begins at zero penetration. In tension the law is
+!> the same as in pressure, on segments with negative numbers; only the first segment, which passes through zero, has the same
+!> number for both.
 module force_law
    use kinds, only: wp
    use model, only: model_t, law_t
@@ -10,24 +11,24 @@ module force_law
    private
    public :: foundation_reaction, law_segment, first_corner, segment_slope, carries, segment_open, segment_unknown
 
-   integer, parameter :: segment_open = 0               !! no contact
-   integer, parameter :: segment_unknown = -huge(1)     !! segment to be determined from the gap
+   integer, parameter :: segment_open = 0               !! number for: no contact
+   integer, parameter :: segment_unknown = -huge(1)     !! number for: the segment has to be determined from the gap
 
 contains
 
-   !> True if a segment number prescribes contact: false for segment_open and for segment_unknown.
+   !> True if a segment number prescribes contact; false for segment_open and segment_unknown.
    elemental logical function carries(segment)
       integer, intent(in) :: segment
       carries = segment /= segment_open .and. segment /= segment_unknown
    end function carries
 
-   !> Force per length of a foundation in contact, and its derivative by the penetration.
+   !> Force by length of a foundation in contact, and its derivative by the penetration.
    pure subroutine foundation_reaction(model, obstacle, penetration, push, spring, segment)
       type(model_t), intent(in) :: model
       type(obstacle_t), intent(in) :: obstacle         !! obstacle with a modulus or a law
-      real(wp), intent(in) :: penetration              !! < 0: tension
-      real(wp), intent(out) :: push, spring            !! force per length, and its derivative
-      integer, intent(in), optional :: segment         !! segment of the law; absent or segment_unknown: from the penetration
+      real(wp), intent(in) :: penetration              !! penetration [length]; < 0: tension
+      real(wp), intent(out) :: push, spring            !! force by length of rod; its derivative by the penetration
+      integer, intent(in), optional :: segment !! segment of the law; absent or segment_unknown: it follows from the penetration
       integer :: on
       if (obstacle%law == 0) then
          push = obstacle%modulus * penetration
@@ -44,10 +45,10 @@ contains
       spring = obstacle%width * spring
    end subroutine foundation_reaction
 
-   !> Segment of a law at a penetration; at a corner the segment on its far side.
+   !> Segment of a law at a penetration; at a corner the segment with the larger penetration.
    pure integer function law_segment(law, penetration) result(segment)
       type(law_t), intent(in) :: law
-      real(wp), intent(in) :: penetration !! < 0: tension
+      real(wp), intent(in) :: penetration !! penetration [length]; < 0: tension
       integer :: i
       segment = 1
       do i = 2, size(law%penetration) - 1
@@ -56,8 +57,8 @@ contains
       if (penetration < 0.0_wp .and. segment > 1) segment = -segment
    end function law_segment
 
-   !> First corner of a law between two segments, in the order from one to the other: index of the law's point, negative if the
-   !> corner is on the tension side.
+   !> First corner of a law between two segments, in the order from one to the other: index of the law's point; negative if the
+   !> corner is in tension.
    pure integer function first_corner(from, to) result(corner)
       integer, intent(in) :: from, to          !! different segments in contact
       logical :: outwards

@@ -1,4 +1,4 @@
-!> Foundations that act inside elements: the elements concerned, and the shape of the stress-free axis between nodes.
+!> Foundations that act inside elements: the elements on which they act, and the shape of the stress-free axis between nodes.
 module ground
    use kinds, only: wp
    use force_law, only: segment_slope
@@ -11,24 +11,26 @@ module ground
    private
    public :: ground_t, new_ground, home_deviation
 
-   integer, parameter :: n_knots = 10 !! degree + 1 of the deviation's polynomial, far above the elements' order
+   integer, parameter :: n_knots = 10 !! degree + 1 of the polynomial of the deviation, far above the order of the elements
 
-   !> Foundations that act inside elements, and the deviation: the stress-free axis minus its collocation polynomial. Without the
-   !> deviation, an arc in a cavity of the same radius would be in contact at the nodes, but not between them.
+   !> Foundations that act inside elements, and the deviation: stress-free axis minus its collocation polynomial. Without the
+   !> deviation, an arc in a cavity of the same radius would be in contact at the nodes but not between them.
    type :: ground_t
-      type(candidates_t) :: chain               !! nodes along the foundations, in order
-      integer, allocatable :: first(:)          !! (elements + 1) first entry of each element in `candidate`
-      integer, allocatable :: candidate(:)      !! candidate at the element's first node, index into chain
+      type(candidates_t) :: chain               !! candidates of the foundations: the nodes along them, in their order
+      integer, allocatable :: first(:)          !! (elements + 1) index in `candidate` of each element's first entry
+      integer, allocatable :: candidate(:)      !! candidates at the first node of each element, indices into chain
       logical, allocatable :: founded(:)        !! (elements) true: a foundation acts on the element
-      logical :: tabled = .true.                !! true: the deviation is tabulated, because no node moves along its rod
+      logical :: tabled = .true.                !! true: the deviation is taken from a table, because no node moves along its rod
       logical, allocatable :: curved(:)         !! (elements) true: the deviation is not zero
-      real(wp), allocatable :: slope(:)         !! (obstacles) [force/length^2] largest slope of the law; 0: not inside elements
-      real(wp) :: stiffest = 0.0_wp             !! [force/length] largest stiffness of a node's share of a foundation
+      real(wp), allocatable :: slope(:) !! (obstacles) largest slope of the force law [force/length^2]; 0: the obstacle does not act
+      !! inside elements
+      real(wp) :: stiffest = 0.0_wp             !! largest stiffness of a node's share of a foundation [force/length]
       real(wp), allocatable :: deviation(:, :, :) !! (2, n_knots, elements) Newton's divided differences of the deviation, global
       !! axes
-      real(wp) :: knot(n_knots) = 0.0_wp        !! knots of the differences, in (0, 1)
-      integer :: terms = 0                      !! number of differences used; the rest are rounding
-      real(wp) :: rule_place(max_stages + 1, max_stages) = 0.0_wp !! (points, stages) Gauss rule of stages + 1 points
+      real(wp) :: knot(n_knots) = 0.0_wp        !! knots of the divided differences, in (0, 1)
+      integer :: terms = 0                      !! number of divided differences that are used; the remaining ones are rounding
+      real(wp) :: rule_place(max_stages + 1, max_stages) = 0.0_wp !! (points, stages) abscissae of the Gauss rule with stages + 1
+      !! points
       real(wp) :: rule_weight(max_stages + 1, max_stages) = 0.0_wp
    end type ground_t
 
@@ -37,7 +39,7 @@ contains
    !> Foundations of a checked model.
    function new_ground(model, tableau, home) result(ground)
       type(model_t), intent(in) :: model
-      type(tableau_t), intent(in) :: tableau(:)   !! (stages) tableaux by number of stages
+      type(tableau_t), intent(in) :: tableau(:)   !! (stages) tableaux, indexed by the number of stages
       type(geometry_t), intent(in) :: home
       type(ground_t) :: ground
       real(wp) :: weight(n_knots), slope
@@ -115,7 +117,7 @@ contains
                end do
             end do
             ! In the j-th difference the rounding error of the values is multiplied by about 2^(j - 1) / (j - 1)! knots^(j - 1), and
-            ! in the sum of the polynomial by the inverse of this; terms below rounding in the sum are dropped.
+            ! in the sum of the polynomial by the inverse of this. Terms that are below rounding in the sum are dropped.
             do j = n_knots, 1, -1
                if (maxval(abs(table(:, j))) * largest_product(j) > rounding) exit
             end do
@@ -138,7 +140,7 @@ contains
    pure function home_deviation(ground, e, tau) result(d)
       type(ground_t), intent(in) :: ground
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau        !! 0 to 1
+      real(wp), intent(in) :: tau        !! place in the element, 0 to 1
       real(wp) :: d(2)
       integer :: k
       d = 0.0_wp

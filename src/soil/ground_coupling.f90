@@ -1,7 +1,8 @@
-!> Coupled ground: obstacles on which a reaction at one candidate causes settlement at others.
+!> Coupled ground: obstacles on which a reaction at one candidate causes settlement at other candidates.
 !>
 !> The law of such ground is 0 <= r _|_ g + T r >= 0 (bilateral: g + T r = 0), with the gap g to the undeformed surface, the
-!> reactions r and the settlement T r: eq. (18) of the paper with a full matrix T, symmetric and positive definite.
+!> reactions r and the settlement T r: eq. (18) of Silveira & Goncalves (2001) with a full matrix T, symmetric and positive
+!> definite.
 module ground_coupling
    use kinds, only: wp
    use model, only: model_t
@@ -16,22 +17,23 @@ module ground_coupling
    private
    public :: coupling_t, new_coupling, settlement
 
-   !> Compliances of coupled ground. One entry for each candidate on such ground; n is their number.
+   !> Compliances of coupled ground. There is one entry for each of the n candidates on such ground.
    type :: coupling_t
       integer :: n = 0
-      integer, allocatable :: candidate(:)       !! (n) candidate of the entry
-      integer, allocatable :: entry(:)           !! (candidates) index of the entry; 0: the obstacle does not couple
-      real(wp), allocatable :: compliance(:, :)  !! (n, n) T [length/force], zero between different obstacles
-      real(wp), allocatable :: local(:)          !! (n) a diagonal d for which T - 2 d is positive definite
+      integer, allocatable :: candidate(:)       !! (n) candidate to which the entry belongs
+      integer, allocatable :: entry(:) !! (candidates) index of the candidate's entry; 0: its obstacle does not couple candidates
+      real(wp), allocatable :: compliance(:, :) !! (n, n) compliance T [length/force]; zero between candidates of different
+      !! obstacles
+      real(wp), allocatable :: local(:)          !! (n) diagonal d for which T - 2 d is positive definite
    end type coupling_t
 
 contains
 
    !> The compliance matrix T of all obstacles that couple candidates.
    function new_coupling(model, list, geometry) result(coupling)
-      type(model_t), intent(in) :: model         !! no two candidates load the same part of an obstacle
+      type(model_t), intent(in) :: model         !! model in which no two candidates load the same part of an obstacle
       type(candidates_t), intent(in) :: list
-      type(geometry_t), intent(in) :: geometry   !! stress-free
+      type(geometry_t), intent(in) :: geometry   !! stress-free geometry
       type(coupling_t) :: coupling
       type(patches_t) :: patches
       integer :: o
@@ -47,7 +49,7 @@ contains
       call split_local(coupling)
    end function new_coupling
 
-   !> Adds T of one obstacle.
+   !> Adds the compliances of one obstacle to T.
    subroutine add_obstacle(model, list, patches, number, coupling)
       type(model_t), intent(in) :: model
       type(candidates_t), intent(in) :: list
@@ -81,7 +83,7 @@ contains
       coupling%compliance(order, order) = part
    end subroutine add_obstacle
 
-   !> Sets `local` to a part of T's diagonal, halved until T minus twice this part is positive definite.
+   !> Sets `local` to a part of the diagonal of T. The part is halved until T minus twice this part is positive definite.
    subroutine split_local(coupling)
       type(coupling_t), intent(inout) :: coupling
       real(wp), allocatable :: left(:, :)
@@ -104,11 +106,11 @@ contains
       end do
    end subroutine split_local
 
-   !> Settlement of the ground under a candidate; 0 if its obstacle does not couple.
+   !> Settlement of the ground under a candidate; 0 if its obstacle does not couple candidates.
    pure real(wp) function settlement(coupling, candidate, reaction)
       type(coupling_t), intent(in) :: coupling
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: reaction(:)        !! (candidates)
+      real(wp), intent(in) :: reaction(:)        !! (candidates) reactions
       settlement = 0.0_wp
       if (coupling%n == 0) return
       if (coupling%entry(candidate) > 0) &

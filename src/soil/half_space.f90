@@ -1,25 +1,25 @@
 !> Settlement of an elastic half-space under uniformly loaded rectangles (Boussinesq; A. E. H. Love, Phil. Trans. R. Soc. A 228,
 !> 1929), averaged over a rectangle.
 !>
-!> The rectangles form one row and have the row's width. The settlement is the mean over the settling rectangle, so that the
-!> compliance is twice the energy of the ground over the square of the force: symmetric for any lengths, and positive definite if no
-!> two rectangles overlap. The settlement of the rectangle's centre would be neither.
+!> The rectangles form one row and have the width of the row. The settlement is the mean over the rectangle that settles. The
+!> compliance is therefore twice the energy of the ground over the square of the force: symmetric for any lengths, and positive
+!> definite if no two rectangles overlap. The settlement of the rectangle's centre would be neither.
 module half_space
    use kinds, only: wp, pi
    implicit none
    private
    public :: rectangle_compliance
 
-   real(wp), parameter :: far = 20.0_wp            !! distance, in lengths of the longer rectangle, beyond which differences of the
-   !! closed formula cancel
+   real(wp), parameter :: far = 20.0_wp !! distance, over the length of the longer rectangle, beyond which differences of the closed
+   !! formula cancel
 
-   ! Gauss points and weights on (0, 1), used beyond that distance: relative error 1e-12 there.
+   ! Gauss points and weights on (0, 1), used beyond this distance; the relative error is 1e-12 there:
    real(wp), parameter :: point(3) = [0.5_wp - sqrt(0.15_wp), 0.5_wp, 0.5_wp + sqrt(0.15_wp)]
    real(wp), parameter :: weight(3) = [5.0_wp, 8.0_wp, 5.0_wp] / 18.0_wp
 
 contains
 
-   !> Mean settlement of the rectangle `there` by a unit force distributed evenly over the rectangle `here`.
+   !> Mean settlement of the rectangle `there` under a unit force that is distributed evenly over the rectangle `here`.
    pure real(wp) function rectangle_compliance(there, here, width, young, poisson) result(compliance)
       real(wp), intent(in) :: there(2), here(2) !! beginning and end along the row [length]
       real(wp), intent(in) :: width             !! width of the row [length]
@@ -49,7 +49,7 @@ contains
       across = 2.0_wp * (width * asinh(width / abs(x)) - width**2 / (hypot(x, width) + abs(x)))
    end function across
 
-   !> The function `across` integrated twice along the row.
+   !> The function `across`, integrated twice along the row.
    pure real(wp) function twice_integrated(x, width) result(integral)
       real(wp), intent(in) :: x, width
       real(wp) :: a, b, s, cubes

@@ -1,11 +1,12 @@
-!> Settlement w of a Pasternak foundation under point forces: springs connected by a shear layer, k w - G w'' = p, with the modulus
-!> k, the shear stiffness G of the layer, and the force p per length.
+!> Settlement w of a Pasternak foundation under point forces. It consists of springs connected by a shear layer, k w - G w'' = p,
+!> with the modulus k, the shear stiffness G of the layer, and the force p by length.
 !>
-!> Between two points of the same rod the springs are lumped at both points and the layer is straight, like the rod's own reaction,
-!> which is lumped at its nodes: the error is of second order in the distance of the points, and G = 0 gives the Winkler foundation.
-!> Elsewhere the ground has no load, and the solution between rods and towards infinity is exact: a point far from others settles by
-!> 1/(2 sqrt(k G)) per unit force (A. P. S. Selvadurai, Elastic Analysis of Soil-Foundation Interaction, 1979), and so does the end
-!> of a rod, which has a concentrated reaction. A mean over the tributary lengths would have a first-order error under such an end.
+!> Between two points of the same rod the springs are lumped at both points and the layer is straight, just as the rod's reaction is
+!> lumped at its nodes. The error is of second order in the distance of the points, and G = 0 gives the Winkler foundation.
+!> Elsewhere the ground has no load, and the solution between rods and towards infinity is exact. A point far from others settles by
+!> 1/(2 sqrt(k G)) under a unit force (A. P. S. Selvadurai, Elastic Analysis of Soil-Foundation Interaction, 1979), and so does the
+!> end of a rod, which has a concentrated reaction. A mean over the tributary lengths would have a first-order error under such an
+!> end.
 module shear_layer
    use kinds, only: wp
    use lapack, only: dptsv
@@ -18,9 +19,9 @@ contains
    !> Settlement of each point under a unit force at each point.
    subroutine layer_compliance(place, joined, modulus, shear, compliance, ok)
       real(wp), intent(in) :: place(:)           !! (n) coordinates of the points along the surface, increasing [length]
-      logical, intent(in) :: joined(:)           !! (n - 1) true: a rod connects the point with the next one
-      real(wp), intent(in) :: modulus, shear     !! k [force/length^2], G [force], both times the width
-      real(wp), intent(out) :: compliance(:, :)  !! (n, n) [length/force]
+      logical, intent(in) :: joined(:)           !! (n - 1) true: a rod connects the point with the next point
+      real(wp), intent(in) :: modulus, shear     !! k [force/length^2] and G [force], both multiplied by the width of the rod
+      real(wp), intent(out) :: compliance(:, :)  !! (n, n) settlement of each point under a unit force at each point [length/force]
       logical, intent(out) :: ok                 !! false: the system is singular
       real(wp) :: diagonal(size(place)), beside(size(place)), h, decay, stiff
       integer :: i, n, info

@@ -1,8 +1,8 @@
-!> Loaded patches of a coupled ground's surface, one for each candidate.
+!> Loaded patches on the surface of coupled ground, one for each candidate.
 !>
-!> The displacements of the ground are small: every candidate loads a fixed patch around its stress-free node, from the middle of
-!> the element before to the middle of the element after the node. Lengths are measured along the stress-free rod from the node
-!> nearest to the surface.
+!> The displacements of the ground are small: every candidate loads a fixed patch around its stress-free node. The patch extends
+!> from the middle of the element before the node to the middle of the element after it. Lengths are measured along the stress-free
+!> rod, starting at the node nearest to the surface.
 module surface_patches
    use kinds, only: wp
    use model, only: model_t
@@ -14,13 +14,13 @@ module surface_patches
    private
    public :: patches_t, new_patches, along_surface, couples, first_overlap
 
-   !> The loaded patches. One entry for each candidate on coupled ground.
+   !> The loaded patches, one entry for each candidate on coupled ground.
    type :: patches_t
       integer :: n = 0
       integer, allocatable :: candidate(:)
-      integer, allocatable :: entry(:)           !! (candidates) index of the entry, 0: the obstacle does not couple
+      integer, allocatable :: entry(:) !! (candidates) index of the candidate's entry; 0: its obstacle does not couple candidates
       real(wp), allocatable :: at(:)             !! (n) position of the node along the surface [length]
-      real(wp), allocatable :: reach(:, :)       !! (2, n) beginning and end of the patch
+      real(wp), allocatable :: reach(:, :)       !! (2, n) coordinates at which the patch begins and ends [length]
    end type patches_t
 
 contains
@@ -29,7 +29,7 @@ contains
    function new_patches(model, list, geometry) result(patches)
       type(model_t), intent(in) :: model
       type(candidates_t), intent(in) :: list
-      type(geometry_t), intent(in) :: geometry   !! stress-free
+      type(geometry_t), intent(in) :: geometry   !! stress-free geometry
       type(patches_t) :: patches
       integer :: c, last
       allocate (patches%entry(list%n), source=0)
@@ -42,7 +42,7 @@ contains
       allocate (patches%at(patches%n), patches%reach(2, patches%n))
       c = 1
       do while (c <= list%n)
-         ! The candidates are in order, chain by chain; the beginning of a closed chain is arbitrary.
+         ! The candidates are in their order, chain by chain; a closed chain may begin at any of its candidates.
          last = c
          do while (list%neighbour(2, last) > last)
             last = list%neighbour(2, last)
@@ -58,9 +58,10 @@ contains
       couples = .not. obstacle%rigid .and. obstacle%ground /= ground_independent
    end function couples
 
-   !> Computes the positions of a chain along the surface; the node nearest to the surface is at its projection on the surface.
+   !> Computes the coordinates of a chain along the surface. The node nearest to the surface has the coordinate of its projection on
+   !> it.
    subroutine lay_chain(obstacle, list, geometry, first, last, patches)
-      type(obstacle_t), intent(in) :: obstacle   !! straight
+      type(obstacle_t), intent(in) :: obstacle   !! straight obstacle
       type(candidates_t), intent(in) :: list
       type(geometry_t), intent(in) :: geometry
       integer, intent(in) :: first, last
@@ -77,7 +78,7 @@ contains
       end do
       line = obstacle%point(:, 2) - obstacle%point(:, 1)
       line = line / norm2(line)
-      ! Direction of the chain at the nearest node.
+      ! Direction of the chain along the surface at the nearest node.
       ahead = 0.0_wp
       do side = 1, 2
          e = list%element(side, anchor)
@@ -126,7 +127,7 @@ contains
       type(candidates_t), intent(in) :: list
       integer, intent(in) :: obstacle
       integer :: pair(2)
-      real(wp), parameter :: rounding = 1.0e-6_wp !! overlap that counts as rounding, as part of the length of the patches
+      real(wp), parameter :: rounding = 1.0e-6_wp !! overlap of two patches, over their length, that counts as rounding
       integer, allocatable :: order(:)
       integer :: i
       pair = 0

@@ -2,10 +2,10 @@
 !>
 !>   (K + S(dl)) x = 0,   S the stress stiffness of the step's loads at fixed geometry
 !>
-!> K is the tangent of the state with its supports and active contacts. S of a rod is linear in dl, that of an element is not.
-!> block_krylov finds the largest eigenvalues 1/dl of -K^-1 S'(0), for K of any sign: the state may be beyond its first critical
-!> load. These eigenvalues have an error of the order of the elements; from each of them an iteration leads to the eigenvalue of
-!> S(dl). The critical load is more accurate for a state closer to it.
+!> K is the tangent of the state with its supports and active contacts. For a rod S is linear in dl, for an element it is not.
+!> block_krylov finds the largest eigenvalues 1/dl of -K^-1 S'(0). K may be indefinite, because the state may be beyond its first
+!> critical load. These eigenvalues have an error of the order of the elements; starting from each of them, an iteration finds the
+!> eigenvalue of S(dl). The critical load is more accurate for a state closer to it.
 module linear_buckling
    use kinds, only: wp
    use errors, only: error_t, fail
@@ -25,12 +25,12 @@ module linear_buckling
    private
    public :: buckle
 
-   integer, parameter :: most_steps = 12        !! largest number of iterations from a mode of the linearised elements to a mode of
-   !! the elements under the finite stresses
-   real(wp), parameter :: worst_residual = 1.0e-2_wp !! residual of an accepted mode; the error of the load factor is its square,
-   !! 1e-4
+   integer, parameter :: most_steps = 12 !! largest number of iterations from a mode of the linearised problem to a mode under the
+   !! finite stresses
+   real(wp), parameter :: worst_residual = 1.0e-2_wp !! largest residual of an accepted mode; the error of the load factor is its
+   !! square, 1e-4
 
-   !> The operator x -> -K^-1 K' x.
+   !> The linear operator x -> -K^-1 K' x, with K' = S'(0).
    type, extends(operator_t) :: buckling_operator_t
       type(problem_t), pointer :: problem => null()
       type(system_t), pointer :: system => null()
@@ -41,13 +41,13 @@ module linear_buckling
 
 contains
 
-   !> Critical load factors and modes of the current step's loads about a converged state.
+   !> Critical load factors and modes for the loads of the current step, about a converged state.
    subroutine buckle(problem, state, system, n_modes, buckling, error)
       type(problem_t), intent(in), target :: problem
       type(state_t), intent(in) :: state
-      type(system_t), intent(inout), target :: system !! assembled and factored at `state`, unchanged on return
-      integer, intent(in) :: n_modes                  !! number of modes wanted
-      type(buckling_t), intent(out) :: buckling    !! all modes, n_modes at most
+      type(system_t), intent(inout), target :: system !! in: assembled and factored at `state`; unchanged on return
+      integer, intent(in) :: n_modes                  !! number of modes that are requested
+      type(buckling_t), intent(out) :: buckling    !! the modes found, at most n_modes
       type(error_t), allocatable, intent(out) :: error
       type(buckling_operator_t) :: operator
       type(spectrum_t) :: spectrum
@@ -68,7 +68,7 @@ contains
       operator%system => system
       call largest_eigenvalues(operator, n_modes, residual_tolerance, spectrum, error)
       spectrum%n = min(spectrum%n, n_modes)
-      ! Eigenvalues at rounding count as zero: the loads do not change the tangent in these modes.
+      ! Eigenvalues below rounding count as zero: the loads do not change the tangent in these modes.
       if (spectrum%n > 0) spectrum%n = count(abs(spectrum%value(:spectrum%n)) > 1.0e3_wp * epsilon(1.0_wp) * &
          & abs(spectrum%value(1)))
       if (spectrum%n == 0) then
@@ -76,7 +76,7 @@ contains
          call fail(error, 'the loads of the step do not change the stiffness: they cannot make anything buckle')
          return
       end if
-      ! If the tangent is positive definite, a count of eigenvalues proves that these are the first ones.
+      ! If the tangent is positive definite, a count of the eigenvalues proves that those found are the first ones.
       if (system%negative_pivots + system%hinges == 0) call check_by_counting(operator, n_modes, spectrum, error)
       if (allocated(error)) return
       buckling%step = problem%step
@@ -92,7 +92,7 @@ contains
       end do
    end subroutine buckle
 
-   !> Replaces the spectrum by the first eigenvalues of both signs if it did not converge or is incomplete.
+   !> Replaces the spectrum by the first eigenvalues of both signs, if the iteration did not converge or left eigenvalues out.
    subroutine check_by_counting(operator, wanted, spectrum, error)
       type(buckling_operator_t), intent(in) :: operator
       integer, intent(in) :: wanted
@@ -114,7 +114,7 @@ contains
       pencil%weight = operator%weight
       bound = 1.0_wp / minval(abs(spectrum%value(:spectrum%n)))
       if (.not. allocated(error) .and. spectrum%n == wanted) then
-         ! Just inside the last eigenvalue found, the pivot count must equal the number of eigenvalues from the iteration.
+         ! Just inside the last eigenvalue found, the pivot count must equal the number of eigenvalues that the iteration found.
          missing = eigenvalues_below(pencil, bound * inside) /= found(1)
          if (.not. missing) missing = eigenvalues_below(pencil, -bound * inside) /= found(-1)
          if (.not. missing) return
@@ -123,7 +123,7 @@ contains
       end if
       if (allocated(error)) deallocate (error)
       allocate (both%value(0), both%vector(operator%n, 0))
-      ! An unconverged estimate of a critical load is too large, never too small.
+      ! An estimate of a critical load that has not converged is too large, never too small.
       do side = 1, -1, -2
          call slice(pencil, wanted, side * bound * (2.0_wp - inside), value, vector, error)
          if (allocated(error)) return
@@ -143,7 +143,7 @@ contains
 
    contains
 
-      !> Number of eigenvalues (load increments) of one sign that the iteration found within `inside` times the bound.
+      !> Number of eigenvalues (load increments) of one sign that the iteration found below `inside` times the bound.
       pure integer function found(sense)
          integer, intent(in) :: sense
          associate (value => spectrum%value(:spectrum%n))
@@ -152,11 +152,12 @@ contains
       end function found
    end subroutine check_by_counting
 
-   !> Iteration from a mode of the pencil to a mode of the stiffness under the finite stresses: K + S(factor), S(0) = 0, S'(0) = K'.
+   !> Iterates from a mode of the linear problem to a mode of the stiffness under the finite stresses: K + S(factor), S(0) = 0,
+   !> S'(0) = K'.
    !>
-   !> Inverse iteration with the derivative, and Newton's method for the zero of x^T (K + S) x: both converge quadratically. The
-   !> forms are summed over the elements, so that the rounding of the factored matrix has a second-order effect only. `residual` is
-   !> (K + S) x in the norm of the inverse tangent; its square is about the relative error of the load factor.
+   !> Inverse iteration with the derivative of S, and Newton's method for the zero of x^T (K + S) x: both converge quadratically.
+   !> The quadratic forms are summed over the elements, so that the rounding of the factored matrix has a second-order effect only.
+   !> `residual` is (K + S) x in the norm of the inverse tangent; its square is about the relative error of the load factor.
    subroutine settle(self, state, x, factor, residual, error)
       class(buckling_operator_t), intent(inout) :: self
       type(state_t), intent(in) :: state
@@ -184,7 +185,7 @@ contains
          change = -(form + form_s) / form_d
          if (self%system%rigidity%n > 0) change = change - stretching_work(self%system, sx, held) / form_d
          factor = factor + change
-         ! Rounding ends the quadratic convergence.
+         ! The residual no longer decreases quadratically: it has reached rounding.
          if (abs(change) <= epsilon(change) * abs(factor) .or. &
             & (abs(change) >= 0.5_wp * last .and. residual < worst_residual)) exit
          last = abs(change)
@@ -200,7 +201,7 @@ contains
          & 'the mesh is too coarse or too fine for it (residual '//to_text(residual)//')')
    end subroutine settle
 
-   !> Sorts load factors by size, with residuals and modes.
+   !> Sorts load factors by magnitude, together with their residuals and modes.
    pure subroutine sort_by_size(factor, residual, vector)
       real(wp), intent(inout) :: factor(:), residual(:), vector(:, :)
       integer :: order(size(factor)), i

@@ -1,8 +1,8 @@
-!> Eigenvalues nu of (K + nu K') x = 0 nearest zero, counted before they are computed.
+!> Eigenvalues nu of (K + nu K') x = 0 that are nearest to zero, counted before they are computed.
 !>
-!> K is positive definite. By Sylvester's law of inertia the number of negative pivots of K + s K' is that of the eigenvalues
-!> between 0 and s. Bisection finds an s with the wanted number of eigenvalues between, even close ones, and an iteration about s
-!> computes them; none can be missed (B. N. Parlett, The Symmetric Eigenvalue Problem, ch. 3).
+!> K is positive definite. By Sylvester's law of inertia the number of negative pivots of K + s K' is the number of eigenvalues
+!> between 0 and s. Bisection finds an s with the requested number of eigenvalues between 0 and s, even if they are close to each
+!> other, and an iteration about s computes them; none can be missed (B. N. Parlett, The Symmetric Eigenvalue Problem, ch. 3).
 module spectrum_slicing
    use kinds, only: wp
    use errors, only: error_t, fail
@@ -13,33 +13,33 @@ module spectrum_slicing
    private
    public :: pencil_t, eigenvalues_below, slice, residual_tolerance
 
-   !> K + nu K' on the free unknowns.
+   !> Matrices K and K' on the free unknowns.
    type :: pencil_t
       type(band_t) :: k, prime
       type(active_coupling_t) :: coupling       !! coupled ground, whose matrix is subtracted from K
-      logical, allocatable :: fixed(:)      !! (n) true for fixed unknowns
-      real(wp), allocatable :: weight(:)    !! (n) weights of the iteration's inner product, zero at fixed unknowns
+      logical, allocatable :: fixed(:)      !! (n) true: the unknown is fixed
+      real(wp), allocatable :: weight(:)    !! (n) weights of the inner product in the iteration; zero at fixed unknowns
    end type pencil_t
 
-   !> The operator x -> -(K + s K')^-1 K' x, eigenvalues 1/(nu - s).
+   !> The linear operator x -> -(K + s K')^-1 K' x, with the eigenvalues 1/(nu - s).
    type, extends(operator_t) :: shifted_t
       type(band_t) :: prime
       type(factor_t) :: factor
-      type(active_coupling_t) :: coupling       !! factored together with the band
+      type(active_coupling_t) :: coupling       !! coupled ground, factored together with the band matrix
       logical, allocatable :: fixed(:)
    contains
       procedure :: apply => apply_shifted
    end type shifted_t
 
    integer, parameter :: max_bisections = 60
-   real(wp), parameter :: residual_tolerance = 1.0e-8_wp !! relative residual of eigenvectors
+   real(wp), parameter :: residual_tolerance = 1.0e-8_wp !! largest residual of an eigenvector, relative
 
 contains
 
    !> Number of eigenvalues between 0 and `shift`.
    integer function eigenvalues_below(pencil, shift)
       type(pencil_t), intent(in) :: pencil
-      real(wp), intent(in) :: shift         !! of either sign
+      real(wp), intent(in) :: shift         !! shift s, of either sign
       type(factor_t) :: factor
       type(active_coupling_t) :: coupling
       coupling = pencil%coupling
@@ -48,13 +48,13 @@ contains
       eigenvalues_below = factor%negative_pivots + coupling%negative_pivots
    end function eigenvalues_below
 
-   !> Eigenvalues of one sign, nearest zero: `wanted` of them, or all up to the bound.
+   !> Eigenvalues of one sign nearest to zero: `wanted` of them, or fewer if the others are beyond the bound.
    subroutine slice(pencil, wanted, bound, value, vector, error)
       type(pencil_t), intent(in) :: pencil
-      integer, intent(in) :: wanted         !! number of eigenvalues wanted
-      real(wp), intent(in) :: bound         !! largest eigenvalue of interest; its sign is that of the eigenvalues
-      real(wp), allocatable, intent(out) :: value(:) !! (found) nearest zero first
-      real(wp), allocatable, intent(out) :: vector(:, :) !! (n, found)
+      integer, intent(in) :: wanted         !! number of eigenvalues that are requested
+      real(wp), intent(in) :: bound         !! largest eigenvalue of interest; its sign is the sign of the eigenvalues
+      real(wp), allocatable, intent(out) :: value(:) !! (found) eigenvalues, the nearest to zero first
+      real(wp), allocatable, intent(out) :: vector(:, :) !! (n, found) eigenvectors
       type(error_t), allocatable, intent(out) :: error
       type(shifted_t) :: operator
       type(spectrum_t) :: spectrum
@@ -85,7 +85,8 @@ contains
       operator%coupling = pencil%coupling
       call factorise(shifted_band(pencil, high), pencil%fixed, operator%factor)
       call factor_excess(operator%coupling, operator%factor, pencil%fixed)
-      ! The iteration also finds eigenvalues beyond the shift: more are computed until all below the shift are found.
+      ! The iteration also finds eigenvalues beyond the shift: more are computed until all eigenvalues below the shift are among
+      ! them.
       asked = n_high
       do try = 1, 4
          asked = asked + n_high + 1

@@ -1,10 +1,10 @@
-!> Stress stiffness: change of the tangent by stresses alone, at fixed geometry.
+!> Stress stiffness: change of the tangent by the stresses alone, at fixed geometry.
 !>
-!> This is the matrix of classical linear buckling, without the displacements of the increment: linearised, they would rotate the
-!> stiff directions of slender rods without the second-order terms that keep them stiff, and the pencil would have spurious
-!> eigenvalues. The stress stiffness of a rod is linear in the stresses; that of an element, whose inner unknowns are eliminated, is
-!> not. Load factors from the derivative (new_stress_stiffness) have the error O(h^4) for any order of the element; with the finite
-!> stresses (stiffness_under) they have the accuracy of the element.
+!> This is the matrix of classical linear buckling, without the displacements of the increment. If these were included in linear
+!> form, they would rotate the stiff directions of slender rods without the second-order terms that keep them stiff, and there would
+!> be spurious eigenvalues. The stress stiffness of a rod is linear in the stresses; that of an element is not, because its inner
+!> unknowns are eliminated. Load factors from the derivative (new_stress_stiffness) have the error O(h^4) for any order of the
+!> element; load factors with the finite stresses (stiffness_under) have the accuracy of the element.
 module stress_stiffness
    use kinds, only: wp
    use problem, only: problem_t, dof, carried_by
@@ -25,14 +25,15 @@ module stress_stiffness
    private
    public :: stress_stiffness_t, new_stress_stiffness, stiffness_under, apply_stress
 
-   !> Stress stiffness of the whole structure, as a band and by its parts.
+   !> Stress stiffness of the whole structure, as a band matrix and by its parts.
    type :: stress_stiffness_t
-      type(band_t) :: k                        !! per unit of load factor, node axes
+      type(band_t) :: k                        !! band matrix by the load factor, node axes
       real(wp), allocatable :: element(:, :, :) !! (6, 6, elements) element matrices, node axes
-      real(wp), allocatable :: shift(:, :, :)  !! (6, 2, elements) matrices times unit translations, (6, 2, 0) without foundations
-      real(wp), allocatable :: contact(:, :, :) !! (2, 2, candidates) matrices of contacts
+      real(wp), allocatable :: shift(:, :, :) !! (6, 2, elements) element matrices times a unit translation in x and in y; (6, 2, 0)
+      !! without foundations
+      real(wp), allocatable :: contact(:, :, :) !! (2, 2, candidates) matrices of contacts at their nodes
       real(wp), allocatable :: pull(:, :)      !! (2, candidates) forces of contacts, see add_at_contact
-      real(wp), allocatable :: laid(:, :, :)   !! (9, 9, elements) loads on conforming elements, see load_on_carrier
+      real(wp), allocatable :: laid(:, :, :)   !! (9, 9, elements) tangents of loads on conforming elements, see load_on_carrier
       real(wp), allocatable :: swing(:)        !! (ties) geometric stiffness of rigid links
       real(wp), allocatable :: pressure(:, :)  !! (2, elements) follower pressure contained in the matrices, at both ends
       type(node_push_t), allocatable :: push(:) !! loads on nodes with stiffness, node axes
@@ -57,8 +58,8 @@ contains
       type(system_t), intent(in) :: system     !! assembled and factored at `state`
       real(wp), intent(in) :: factor           !! change of the load factor, not 0
       type(stress_stiffness_t), intent(out) :: matrix, derivative
-      ! Central differences of an analytic function. Their error, of the order of the square of this step, only slows Newton's
-      ! method down.
+      ! Central differences of an analytic function. Their error, of the order of the square of the step, only makes Newton's method
+      ! slower.
       real(wp), parameter :: part = 1.0e-3_wp
       type(stress_stiffness_t) :: more
       integer :: c
@@ -79,7 +80,7 @@ contains
       end do
    end subroutine stiffness_under
 
-   !> Stress stiffness for a change of the load factor; for factor 0 its derivative per unit of load factor.
+   !> Stress stiffness for a change of the load factor; for factor 0 its derivative by the load factor.
    subroutine sum_stresses(problem, state, system, factor, matrix)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -148,7 +149,7 @@ contains
 
    contains
 
-      !> Adds the tangent of the step's loads on conforming elements, and sets the rates of the end forces of these elements.
+      !> Adds the tangent of the step's loads on conforming elements, and sets the derivatives of the end forces of these elements.
       subroutine load_carriers()
          type(ge_load_t) :: load
          real(wp) :: force(3), unused(3)
@@ -169,12 +170,12 @@ contains
       end subroutine load_carriers
    end subroutine sum_stresses
 
-   !> K' x and x^T K' x without the rounding error of the assembled sum (see apply_elements).
+   !> K' x and x^T K' x, without the rounding error of the assembled sum (see apply_elements).
    subroutine apply_stress(problem, system, matrix, x, y, form)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       type(stress_stiffness_t), intent(in) :: matrix
-      real(wp), intent(in) :: x(:)             !! (n) node axes, zero at the fixed unknowns
+      real(wp), intent(in) :: x(:)             !! (n) vector, node axes; zero at the fixed unknowns
       real(wp), intent(out) :: y(:), form      !! (n) product; x^T y
       real(wp) :: force(3), moved(3), bent(3, 3)
       integer :: c

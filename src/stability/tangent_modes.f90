@@ -1,9 +1,9 @@
-!> Eigenvalues of the tangent nearest zero and their modes, for stability and branching.
+!> Eigenvalues of the tangent nearest to zero and their modes, for stability and branching.
 !>
 !> K x = mu M x on the null space of the active constraints. M contains the weights of the arc-length metric, so that mu is a force
-!> times a length, independent of the mesh. The pivot count c of the tangent numbers the eigenvalues: mu_1 ... mu_c are negative,
-!> mu_(c+1) ... positive. Each numbered eigenvalue is continuous along the path while the contact set is unchanged; if the count
-!> changes from c to c + 2, mu_(c+1) and mu_(c+2) have zeros.
+!> times a length, independent of the mesh. Eigenvalues are numbered in ascending order: with the number c of negative pivots of K,
+!> mu_1 ... mu_c are negative and mu_(c+1) ... positive. Each numbered eigenvalue is continuous along the path while the contact set
+!> is unchanged; if c increases by 2, mu_(c+1) and mu_(c+2) have zeros.
 module tangent_modes
    use kinds, only: wp
    use errors, only: error_t
@@ -25,21 +25,23 @@ module tangent_modes
    public :: modes_t, lowest_modes, null_vectors, bending_stiffness, stretching_work, choose_null_vectors, apply_tangent, &
       & nodal_values, deck_mode, numbered_eigenvalue, mode_tolerance, most_null_vectors
 
-   !> Eigenvalues nearest zero, in order of size.
+   !> Eigenvalues nearest to zero, in ascending order of magnitude, with their modes.
    type :: modes_t
       integer :: n = 0                       !! number of modes
-      integer :: pivots = 0                  !! negative pivots c of the factored tangent
-      integer :: hinges = 0                  !! number of spurious ones among these pivots, which events do not count (system_t)
-      logical, allocatable :: was_negative(:) !! (n) true for eigenvalues that were negative in the iteration, before refinement
+      integer :: pivots = 0                  !! number c of negative pivots of the factored tangent
+      integer :: hinges = 0 !! number of negative pivots among these that do not indicate instability; events do not count them (see
+      !! system_t)
+      logical, allocatable :: was_negative(:) !! (n) true for eigenvalues that were negative in the iteration, before they were
+      !! refined
       real(wp), allocatable :: mu(:)
-      real(wp), allocatable :: x(:, :)       !! (unknowns, n) node axes, <x, x> = 1 in the metric
+      real(wp), allocatable :: x(:, :)       !! (unknowns, n) modes in node axes, with <x, x> = 1 in the path metric
    end type modes_t
 
-   real(wp), parameter :: mode_tolerance = 1.0e-5_wp !! relative residual of the eigenvectors; the error of the eigenvalues is its
-   !! square
+   real(wp), parameter :: mode_tolerance = 1.0e-5_wp !! largest residual of the eigenvectors, relative; the error of the eigenvalues
+   !! is its square
    integer, parameter :: most_null_vectors = 4 !! largest multiplicity of a bifurcation that is determined
 
-   !> The operator x -> K^-1 M x.
+   !> The linear operator x -> K^-1 M x.
    type, extends(operator_t) :: inverse_tangent_t
       type(system_t), pointer :: system => null()
       type(problem_t), pointer :: problem => null()
@@ -49,21 +51,21 @@ module tangent_modes
 
 contains
 
-   !> Computes modes in a state at which the system is assembled and factored.
+   !> Computes the modes nearest to zero at a state at which the system is assembled and factored.
    subroutine lowest_modes(problem, state, system, wanted, modes, error)
       type(problem_t), intent(in), target :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in), target :: system
-      integer, intent(in) :: wanted          !! number of eigenvalues
+      integer, intent(in) :: wanted          !! number of eigenvalues that are requested
       type(modes_t), intent(out) :: modes
-      type(error_t), allocatable, intent(out) :: error !! no convergence
+      type(error_t), allocatable, intent(out) :: error !! allocated: the iteration did not converge
       type(inverse_tangent_t) :: operator
       type(spectrum_t) :: spectrum
       real(wp) :: x(system%n), held(system%n)
       integer :: i, j
       operator%n = system%n
       operator%weight = unknown_weights(problem)
-      ! Unknowns fixed by supports and rigid contacts are zero in all modes.
+      ! Unknowns that are fixed by supports and rigid contacts are zero in all modes.
       where (system%fixed) operator%weight = 0.0_wp
       operator%system => system
       operator%problem => problem
@@ -79,30 +81,30 @@ contains
          call apply_tangent(problem, state, system, held, x, modes%mu(i))
          if (system%rigidity%n > 0) modes%mu(i) = modes%mu(i) + stretching_work(system, operator%weight * held, held)
       end do
-      ! Refinement may change the order of the values.
+      ! The refinement may have changed the order of the eigenvalues by magnitude.
       do i = 1, modes%n - 1
          j = i - 1 + minloc(abs(modes%mu(i:)), 1)
          modes%mu([i, j]) = modes%mu([j, i])
          modes%x(:, [i, j]) = modes%x(:, [j, i])
          modes%was_negative([i, j]) = modes%was_negative([j, i])
       end do
-      ! Eigenvalues of the operator at rounding belong to no mode: the tangent has fewer modes than `wanted`.
+      ! Eigenvalues of the operator that are within rounding belong to no mode: the tangent has fewer modes than requested.
       modes%n = max(1, count(epsilon(x) * abs(modes%mu) <= bending_stiffness(problem)))
       modes%mu = modes%mu(:modes%n)
       modes%x = modes%x(:, :modes%n)
       modes%was_negative = modes%was_negative(:modes%n)
    end subroutine lowest_modes
 
-   !> Computes the modes whose eigenvalues vanish, in a state at which the system is assembled and factored. Most critical points
-   !> have one null vector, so that two modes are computed first, and all only if both eigenvalues vanish.
+   !> Computes the modes whose eigenvalues vanish, at a state at which the system is assembled and factored. Most critical points
+   !> have one null vector: two modes are computed first, and more only if both eigenvalues vanish.
    subroutine null_vectors(problem, state, system, limit, modes, n, error)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: limit          !! eigenvalues of at most this size count as zero
+      real(wp), intent(in) :: limit          !! eigenvalues of at most this magnitude count as zero
       type(modes_t), intent(out) :: modes    !! the first n modes are the null vectors; at least one mode, unless there is an error
       integer, intent(out) :: n              !! number of null vectors, at most most_null_vectors
-      type(error_t), allocatable, intent(out) :: error !! see lowest_modes
+      type(error_t), allocatable, intent(out) :: error !! allocated: the iteration did not converge
       call lowest_modes(problem, state, system, 2, modes, error)
       n = count(abs(modes%mu) <= limit)
       if (n < 2) return
@@ -110,13 +112,13 @@ contains
       n = count(abs(modes%mu) <= limit)
    end subroutine null_vectors
 
-   !> EI/size of the softest section: the stiffness along paths with bending, apart from a factor of at least pi^4.
+   !> EI/size of the softest section. The stiffness along paths with bending is larger by a factor of at least pi^4.
    pure real(wp) function bending_stiffness(problem)
       type(problem_t), intent(in) :: problem
       bending_stiffness = minval(1.0_wp / problem%compliance%bending) / problem%size
    end function bending_stiffness
 
-   !> Correction of x^T K x for the artificial extension that the tangent allows in inextensible elements; x is a multiple of the
+   !> Correction of x^T K x for the artificial extension that the tangent allows in inextensible elements. x is a multiple of the
    !> response to the forces `rhs`.
    real(wp) function stretching_work(system, rhs, x) result(work)
       type(system_t), intent(in) :: system
@@ -131,19 +133,19 @@ contains
       work = -dot_product(x, force)
    end function stretching_work
 
-   !> Rotates the first n modes, whose eigenvalues are zero, to null vectors that do not depend on rounding. Every rotation of a
-   !> basis of the null space is a basis, but only few vectors have the direction of branches.
+   !> Rotates the first n modes, whose eigenvalues are zero, to null vectors that do not depend on rounding. (Every rotation of a
+   !> basis of the null space is a basis, but only few of its vectors have the direction of branches.)
    !>
-   !> The first vector is the combination of unit length that gives the largest displacement of a node; each further vector is the
-   !> same among the vectors orthogonal to the previous ones. If separate parts buckle at the same load, each vector is a mode of
-   !> one part. In a symmetric structure a node on the axis of symmetry selects the vector with the symmetry of the structure, along
-   !> which a branch exists (equivariant branching lemma).
+   !> The first vector is the combination of unit length with the largest displacement of a node. Each further vector is found in
+   !> the same way among the vectors orthogonal to the previous ones. If separate parts buckle at the same load, each vector is a
+   !> mode of one part. In a symmetric structure a node on the axis of symmetry selects the vector with the symmetry of the
+   !> structure, along which a branch exists (equivariant branching lemma).
    subroutine choose_null_vectors(problem, state, system, n, modes)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state     !! at which the system is assembled
+      type(state_t), intent(in) :: state     !! state at which the system is assembled
       type(system_t), intent(in) :: system
-      integer, intent(in) :: n               !! at most modes%n
-      type(modes_t), intent(inout) :: modes  !! in/out: vectors; the eigenvalues are zero and not changed
+      integer, intent(in) :: n               !! number of null vectors, at most modes%n
+      type(modes_t), intent(inout) :: modes  !! out: its first n vectors are rotated; their eigenvalues are zero and unchanged
       real(wp), dimension(problem%deck%mesh%n_nodes) :: reach
       real(wp) :: part(2, n, size(reach)), values(3, size(reach)), turn(n, n), c(n), along(2), left(n)
       integer :: i, j, node
@@ -156,8 +158,8 @@ contains
          do node = 1, size(reach)
             call furthest(part(:, :, node), reach(node), along)
          end do
-         ! Among nodes with equal displacement, as in equal parts, the first is chosen, so that the error of the modes does not
-         ! select one.
+         ! Of several nodes with equal displacement, as in equal parts of a structure, the first is chosen; otherwise the error of
+         ! the modes would select one.
          node = findloc(reach >= (1.0_wp - 10.0_wp * mode_tolerance) * maxval(reach), .true., 1)
          call furthest(part(:, :, node), reach(node), along)
          c = matmul(along, part(:, :, node))
@@ -175,10 +177,10 @@ contains
       modes%x(:, :n) = matmul(modes%x(:, :n), turn)
    end subroutine choose_null_vectors
 
-   !> Largest displacement of a node in a combination of modes of unit length, and its direction.
+   !> Largest displacement of a node in a combination of modes of unit length, and the direction of this displacement.
    pure subroutine furthest(part, reach, along)
       real(wp), intent(in) :: part(:, :)     !! (2, modes) displacement of the node in each mode
-      real(wp), intent(out) :: reach, along(2) !! unit vector
+      real(wp), intent(out) :: reach, along(2) !! largest displacement; unit vector of its direction
       real(wp) :: xx, xy, yy, half, angle
       xx = dot_product(part(1, :), part(1, :))
       xy = dot_product(part(1, :), part(2, :))
@@ -186,18 +188,18 @@ contains
       half = hypot(0.5_wp * (xx - yy), xy)
       reach = sqrt(0.5_wp * (xx + yy) + half)
       along = [1.0_wp, 0.0_wp]
-      ! All directions have the same displacement: the x direction is chosen.
+      ! The displacement is equal in all directions: the x direction is chosen.
       if (half <= mode_tolerance * (xx + yy)) return
       angle = 0.5_wp * atan2(2.0_wp * xy, xx - yy)
       along = [cos(angle), sin(angle)]
    end subroutine furthest
 
-   !> K x and x^T K x without the rounding error of the assembled tangent (see apply_elements).
+   !> K x and x^T K x, without the rounding error of the assembled tangent (see apply_elements).
    subroutine apply_tangent(problem, state, system, x, y, form)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! assembled at `state`
-      real(wp), intent(in) :: x(:)             !! (n) node axes, zero at the fixed unknowns
+      real(wp), intent(in) :: x(:)             !! (n) vector, node axes; zero at the fixed unknowns
       real(wp), intent(out) :: y(:)            !! (n)
       real(wp), intent(out) :: form            !! x^T y
       real(wp) :: force(2), k(3, 3), excess, pressure(2, problem%model%mesh%n_elements)
@@ -228,7 +230,7 @@ contains
 
    contains
 
-      !> Adds the product of the vector with a matrix at a node.
+      !> Adds the product of a matrix at a node with the vector.
       subroutine add_node(at, matrix)
          integer, intent(in) :: at
          real(wp), intent(in) :: matrix(3, 3)
@@ -250,25 +252,25 @@ contains
       end do
    end subroutine apply_inverse
 
-   !> A mode at the deck's nodes, scaled, and whether its sign was changed.
+   !> A mode at the deck's nodes, scaled to a largest translation of 1.
    subroutine deck_mode(problem, state, system, x, mode, sense)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state     !! at which the system is assembled
+      type(state_t), intent(in) :: state     !! state at which the system is assembled
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: x(:)           !! (unknowns) node axes
-      real(wp), intent(out) :: mode(:, :)    !! (3, deck's nodes)
-      real(wp), intent(out) :: sense         !! 1, or -1 if the sign of x was changed
+      real(wp), intent(in) :: x(:)           !! (unknowns) mode, node axes
+      real(wp), intent(out) :: mode(:, :)    !! (3, deck's nodes) scaled mode, global axes
+      real(wp), intent(out) :: sense         !! 1, or -1 if the sign of the mode was changed
       mode = deck_values(problem, state, system, x)
       call scale_mode(mode, sense)
    end subroutine deck_mode
 
-   !> A mode at the deck's nodes in global axes. On the deck's own mesh the values are those of the nodes, even if nodes have moved
+   !> A mode at the deck's nodes in global axes. On the deck's mesh these are the values at the nodes, even if nodes have moved
    !> along the rods.
    function deck_values(problem, state, system, x) result(values)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: x(:)           !! as in deck_mode
+      real(wp), intent(in) :: x(:)           !! (unknowns) mode, node axes
       real(wp) :: values(3, problem%deck%mesh%n_nodes)
       if (problem%deck_mesh) then
          values = nodal_values(problem, system, x)
@@ -281,7 +283,7 @@ contains
    function nodal_values(problem, system, x) result(values)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: x(:)           !! (unknowns) node axes
+      real(wp), intent(in) :: x(:)           !! (unknowns) values, node axes
       real(wp) :: values(3, size(problem%weight))
       integer :: node
       do node = 1, size(values, 2)
@@ -289,11 +291,11 @@ contains
       end do
    end function nodal_values
 
-   !> Scales a mode to a largest translation of 1. Its sign is chosen so that the larger component of the first node that moves by
-   !> at least half of this is positive.
+   !> Scales a mode to a largest translation of 1. The sign is chosen so that the larger component is positive at the first node
+   !> that moves by at least half of the largest translation.
    pure subroutine scale_mode(mode, sense)
-      real(wp), intent(inout) :: mode(:, :)  !! (3, nodes) global axes
-      real(wp), intent(out) :: sense         !! -1 if the sign was changed, else 1
+      real(wp), intent(inout) :: mode(:, :)  !! (3, nodes) mode, global axes
+      real(wp), intent(out) :: sense         !! 1, or -1 if the sign of the mode was changed
       real(wp) :: largest
       integer :: node
       sense = 1.0_wp
@@ -308,15 +310,16 @@ contains
       mode = sense * mode
    end subroutine scale_mode
 
-   !> Eigenvalue with a given number in ascending order. If it was not computed: the largest computed magnitude, with the sign of
-   !> the eigenvalue.
+   !> Eigenvalue with a given number in ascending order. If it was not computed: the largest computed magnitude, with the sign that
+   !> follows from the number.
    !>
    !> For an eigenvalue near zero the signs of the pivots and of the iteration are rounding and may differ, while the refined value
-   !> is right. The count c is then limited by the counts at both ends of the path increment.
+   !> is right. The number c of negative eigenvalues is then limited by its values at both ends of the path increment.
    pure real(wp) function numbered_eigenvalue(modes, number, least, most) result(mu)
       type(modes_t), intent(in) :: modes
-      integer, intent(in) :: number         !! without spurious negative pivots, as in events
-      integer, intent(in) :: least, most    !! bounds of c, without spurious negative pivots
+      integer, intent(in) :: number !! number of the eigenvalue, counted without negative pivots that do not indicate instability,
+      !! as in events
+      integer, intent(in) :: least, most    !! lower and upper bound of c, counted in the same way
       real(wp), parameter :: next_to_zero = 1.0e-3_wp
       integer :: i, left, negative_count, tiny_ones, counted
       logical :: negative
@@ -324,7 +327,7 @@ contains
       do i = 1, modes%n - 1
          if (abs(modes%mu(i)) <= next_to_zero * abs(modes%mu(i + 1))) tiny_ones = i
       end do
-      ! Number of negative eigenvalues, computed or not, without those near zero.
+      ! Number of negative eigenvalues, computed or not, except those near zero.
       counted = modes%pivots - count(modes%was_negative(:tiny_ones))
       if (tiny_ones > 0 .and. tiny_ones <= most - least) counted = min(max(counted, least + modes%hinges), &
          & most + modes%hinges - tiny_ones)

@@ -1,11 +1,11 @@
-!> Part of the tangent that is rounding.
+!> The part of the tangent that is rounding error.
 !>
 !> Axial stiffness exceeds bending stiffness by EA L^2/EI times the square of the number of elements. If this ratio approaches the
 !> inverse of the machine precision, the assembled tangent K has no digits of bending left. The slope of the path, the pivots and
 !> the points located by them are then wrong. The forces in equilibrium remain right, because they are stored unknowns, not EA times
-!> a difference. Products of the element matrices with the path tangent t (element_products) are accurate: K t should be the load,
-!> and t.(load - K t)/<t, t> estimates the change by rounding of eigenvalues whose modes are like t. It is finite where K becomes
-!> singular; at an exactly singular K the load on the artificial springs of the factors does not count as rounding.
+!> a difference. Products of the element matrices with the path tangent t (element_products) are accurate: K t should equal the
+!> load. t.(load - K t)/<t, t> therefore estimates the rounding error of eigenvalues whose modes are similar to t. It is finite
+!> where K becomes singular; at an exactly singular K the load on the artificial springs of the factors does not count as rounding.
 module tangent_rounding
    use kinds, only: wp
    use problem, only: problem_t, unknown_weights
@@ -21,14 +21,13 @@ module tangent_rounding
 
 contains
 
-   !> Stiffness along the path, t.K t/<t, t> for the path tangent t, and the part of it that is rounding; both are force times
-   !> length.
+   !> Stiffness along the path, t.K t/<t, t> for the path tangent t, and its rounding error; both are a force times a length.
    subroutine path_stiffness(problem, state, system, stiffness, rounding)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! assembled and factored at `state`
-      real(wp), intent(out) :: stiffness       !! absolute value of the stiffness; zero at limit points, and if nothing moves
-      real(wp), intent(out) :: rounding        !! part of the stiffness that is rounding
+      real(wp), intent(out) :: stiffness       !! absolute value of the stiffness; zero at limit points, and if no node moves
+      real(wp), intent(out) :: rounding        !! rounding error of the stiffness
       real(wp) :: force(system%n), left(system%n), work, length
       stiffness = 0.0_wp
       rounding = 0.0_wp
@@ -43,8 +42,9 @@ contains
       end associate
    end subroutine path_stiffness
 
-   !> True if half of the work of the factored tangent is rounding: its response to a line load along one of the axes has forces,
-   !> summed over the elements, that differ from the load. Line loads also bend structures that the loads of the step only compress.
+   !> True if half of the work of the factored tangent is rounding: in its response to a line load along one of the axes the forces,
+   !> summed over the elements, differ from the load by that much. (Line loads also bend structures that the loads of the step only
+   !> compress.)
    logical function is_rounding(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -66,8 +66,8 @@ contains
       end do
    end function is_rounding
 
-   !> Advice to avoid rounding: fewer elements, or a smaller EA if elements are stiffer axially than in bending. The rounding error
-   !> of bending alone grows with the fourth power of the number of elements.
+   !> Advice against rounding, in words: fewer elements, or a smaller EA if elements are stiffer axially than in bending. The
+   !> rounding error of bending alone grows with the fourth power of the number of elements.
    pure function rounding_cure(problem, state) result(words)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -11,11 +11,11 @@ module ge_in_state
 
 contains
 
-   !> The element with its loads, displacements and stored unknowns.
+   !> The geometrically exact element with its loads, displacements and stored unknowns.
    pure type(ge_data_t) function ge_at(problem, state, e) result(element)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: e               !! GE element
+      integer, intent(in) :: e               !! index of a GE element
       element%g = state%geometry%element(e)
       element%compliance = element_compliance(problem, state, e)
       element%load = element_load(problem, state, e)
@@ -24,11 +24,11 @@ contains
       element%z(:element%unknowns) = state%z(:element%unknowns, e)
    end function ge_at
 
-   !> Force and moment at one end, global axes, without the forces of foundations along the element.
+   !> Force and moment at one end of a GE element, global axes, without the forces of foundations along the element.
    pure subroutine ge_end(problem, state, e, side, n, m)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: e, side         !! GE element; 1: first end, 2: second end
+      integer, intent(in) :: e, side         !! index of a GE element; side 1: first end, 2: second end
       real(wp), intent(out) :: n(2), m
       real(wp) :: first(3), second(3)
       n = state%z(1:2, e)

@@ -1,4 +1,4 @@
-!> Loads on nodes in a state: constant loads of earlier steps and loads of the present step.
+!> Loads on nodes at a state: constant loads left by earlier steps, and loads of the present step.
 module node_loads
    use kinds, only: wp
    use pole_load, only: pole_load_t
@@ -11,7 +11,7 @@ module node_loads
    !> A point load that depends on the state, evaluated at a state; global axes.
    type :: node_push_t
       integer :: node = 0
-      real(wp) :: force(3) = 0.0_wp              !! force in x and in y, couple
+      real(wp) :: force(3) = 0.0_wp              !! force in x, force in y, couple
       real(wp) :: rate(3) = 0.0_wp               !! derivative of `force` with respect to the load factor
       real(wp) :: stiffness(3, 3) = 0.0_wp       !! minus the derivatives of `force` with respect to position and rotation
       real(wp) :: stiffness_rate(3, 3) = 0.0_wp  !! derivative of `stiffness` with respect to the load factor
@@ -25,12 +25,12 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: node
-      real(wp), intent(out) :: load(3), rate(3) !! in x and y, couple; derivatives
+      real(wp), intent(out) :: load(3), rate(3) !! force in x, force in y, couple; their derivatives by the load factor
       rate = problem%model%step(problem%step)%load%node_force(:, node)
       load = problem%constant%node_force(:, node) + state%load_factor * rate
    end subroutine dead_node_load
 
-   !> Forces of all loads that depend on the state.
+   !> Forces of all point loads that depend on the state.
    pure function node_pushes(problem, state) result(list)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -48,7 +48,7 @@ contains
       end associate
    end function node_pushes
 
-   !> Force of one load that depends on the state, times a factor whose derivative by the load factor is `rate`.
+   !> Force of one point load that depends on the state, times a factor. The derivative of this factor by the load factor is `rate`.
    pure function pushed(state, load, factor, rate) result(push)
       type(state_t), intent(in) :: state
       type(pole_load_t), intent(in) :: load

@@ -1,9 +1,9 @@
-!> Problem data that are constant as long as mesh, contact set and step are constant: the model on a mesh, its numbering, and
-!> constants derived from both.
+!> Data of the problem that are constant as long as mesh, contact set and step do not change: the model on a mesh, its numbering,
+!> and constants derived from both.
 !>
-!> The mesh is that of the deck or another one (remeshed_problem): `deck` is the model on the deck's mesh, `model` the same model on
-!> the working mesh. Cards of the deck refer to material points, each given by a rod segment of the layout and a coordinate along
-!> it.
+!> The working mesh is that of the deck or another one (remeshed_problem): `deck` is the model on the deck's mesh, `model` the same
+!> model on the working mesh. Cards of the deck refer to material points. Each is given by a rod segment of the layout and a
+!> coordinate along it.
 module problem
    use kinds, only: wp
    use model, only: model_t, load_t, new_load
@@ -33,7 +33,7 @@ module problem
       & unknown_weights, moments_as_forces, copy_problem, carried_unknowns, carried_by
    public :: mesh_sampled, mesh_of_marks, mesh_of_spans
 
-   ! Kinds of meshes, by the points of the rod that mesh nodes follow.
+   ! Kinds of meshes, by the points of the rod to which nodes are attached:
    integer, parameter :: mesh_fixed = 0                  !! nodes are fixed material points
    integer, parameter :: mesh_sampled = 1                !! nodes are fixed material points, close enough to detect contact at the
    !! start
@@ -42,55 +42,56 @@ module problem
    integer, parameter :: mesh_of_spans = 3               !! nodes follow touchdown points of contact spans and interface points of
    !! foundations
 
-   !> Data of the problem, see the module's header.
+   !> Data of the problem, see the header of this module.
    type :: problem_t
       type(model_t) :: model                             !! the model on the working mesh
       type(model_t) :: deck                              !! the model on the deck's mesh
       type(layout_t) :: layout                           !! rod segments of the deck
       type(mesh_density_t), allocatable :: demand(:)           !! (rod segments) mesh density of the next mesh
-      logical :: deck_mesh = .true.                      !! true: the working mesh is the deck's, node by node
-      integer, allocatable :: rod_segment(:)             !! (elements) rod segment of the element
-      real(wp), allocatable :: origin(:)                 !! (elements) coordinate along the rod segment minus the nominal coordinate
+      logical :: deck_mesh = .true.                      !! true: the working mesh is that of the deck, node by node
+      integer, allocatable :: rod_segment(:)             !! (elements) rod segment to which the element belongs
+      real(wp), allocatable :: origin(:) !! (elements) coordinate along the rod segment minus nominal coordinate of the same point
       integer, allocatable :: along(:)                   !! (elements) all elements in order, segment by segment
-      integer, allocatable :: element_first(:)           !! (rod segments) index in `along` of the first element
-      integer, allocatable :: element_last(:)            !! (rod segments) index in `along` of the last element; on any mesh but the
-      !! deck's along(i) = i
-      integer, allocatable :: mesh_node(:)               !! (deck's nodes) mesh node of a segment boundary, 0: the node is none
+      integer, allocatable :: element_first(:)           !! (rod segments) index in `along` of the segment's first element
+      integer, allocatable :: element_last(:) !! (rod segments) index in `along` of the segment's last element; except on the deck's
+      !! mesh along(i) = i
+      integer, allocatable :: mesh_node(:) !! (deck's nodes) mesh node at the same point if the deck's node is a segment boundary;
+      !! else 0
       type(numbering_t) :: numbering
       type(tie_pattern_t) :: ties                        !! tied nodes and the nodes that they follow
       type(candidates_t) :: candidates                   !! candidates of contact at nodes
-      type(coupling_t) :: coupling                       !! load transfer of obstacles between candidates
+      type(coupling_t) :: coupling                       !! ground that couples candidates: its compliance between candidates
       type(ground_t) :: ground                           !! foundations that act inside elements
       type(tableau_t) :: tableau(max_stages)
-      type(ge_stiffness_t), allocatable :: compliance(:) !! (elements)
+      type(ge_stiffness_t), allocatable :: compliance(:) !! (elements) compliances of the element
       logical, allocatable :: pressurised(:)             !! (elements) true: a pressure acts in some step
       logical, &
          & allocatable :: immersed(:)                !! (elements) true: a pressure that depends on the position acts in some step
       integer, allocatable :: z_size(:)                  !! (elements) number of stored unknowns
-      type(mark_t), allocatable :: mark(:)               !! interface points: ends of foundations' contact, corners of laws
-      real(wp), allocatable :: chain_start(:, :)         !! (rod segments, contacts) coordinate of the segment's first node along
-      !! the chain of a contact
-      logical, allocatable :: covered(:, :)              !! (rod segments, contacts) true: contact spans are allowed all along the
-      !! segment; false: nowhere on the segment
+      type(mark_t), allocatable :: mark(:) !! interface points: ends of foundations' contact, and corners of foundation laws
+      real(wp), allocatable :: chain_start(:, :) !! (rod segments, contacts) coordinate along the chain of the contact at which the
+      !! segment begins
+      logical, allocatable :: covered(:, :) !! (rod segments, contacts) true: contact spans are allowed on the whole segment; false:
+      !! nowhere on it
       integer :: mesh_kind = mesh_fixed
-      type(contact_span_t), allocatable :: contact_span(:) !! contact spans in order along the rods; their ends are at the positions
-      !! at which this mesh was made
-      integer, allocatable :: conforms(:)                !! (elements) candidate at the first node if the element lies on a track,
-      !! 0: free element
-      integer, allocatable :: hinge(:)                   !! nodes of clamps that the tangent treats as hinges, because a neutral
-      !! span is beside them
-      integer :: rolling = 0                             !! node of a clamp about which a closed rod may roll, 0: none
-      real(wp), allocatable :: overlap(:)                !! (contacts) distance by which the obstacle is withdrawn at the start, the
-      !! same on every mesh
-      real(wp), allocatable :: coordinates(:, :)         !! (2, deck's nodes) at the start; stored displacements refer to these
-      integer, allocatable :: beside(:, :)               !! (2, nodes) elements that end and begin at the node; 0: none
+      type(contact_span_t), allocatable :: contact_span(:) !! contact spans in their order along the rods; their ends have the
+      !! positions for which this mesh was made
+      integer, allocatable :: conforms(:) !! (elements) candidate at the first node of an element that lies on a track; 0: the
+      !! element is free
+      integer, allocatable :: hinge(:) !! nodes of clamps that are hinges in the tangent, because a neutral span is beside them
+      integer :: rolling = 0                             !! node of a clamp about which a closed rod may roll; 0: none
+      real(wp), allocatable :: overlap(:) !! (contacts) distance by which the obstacle is withdrawn at the start [length], the same
+      !! on every mesh
+      real(wp), allocatable :: coordinates(:, :) !! (2, deck's nodes) coordinates at the start, to which stored displacements refer
+      integer, allocatable :: beside(:, :) !! (2, nodes) element that ends at the node and element that begins there; 0: none
       type(load_t) :: constant                           !! constant loads that the steps before this one left
       integer :: step = 1
-      integer :: n_unknowns = 0                          !! three for each node
+      integer :: n_unknowns = 0                          !! number of unknowns, three for each node
       real(wp) :: size = 1.0_wp                          !! diagonal of the bounding box of the structure
       logical :: resting = .false.                       !! true: no foundation without tension has an initial gap
-      real(wp) :: force_floor = 0.0_wp                   !! smallest force scale: rounding of EI/size^2
-      real(wp), allocatable :: weight(:)                 !! (nodes) share of the rod's length over size^2: arc-length metric
+      real(wp) :: force_floor = 0.0_wp                   !! lower bound of the force scale: rounding of EI/size^2
+      real(wp), allocatable :: weight(:) !! (nodes) share of the rod's length over size^2, the weight of the node in the arc-length
+      !! metric
    contains
       procedure :: has_spans
       procedure :: moves_nodes
@@ -99,19 +100,19 @@ module problem
 
 contains
 
-   !> True for a mesh that follows contact spans.
+   !> True if the nodes of the mesh follow contact spans.
    pure logical function has_spans(problem)
       class(problem_t), intent(in) :: problem
       has_spans = problem%mesh_kind == mesh_of_spans
    end function has_spans
 
-   !> True for a mesh whose nodes move along the rods.
+   !> True if nodes of the mesh move along the rods.
    pure logical function moves_nodes(problem)
       class(problem_t), intent(in) :: problem
       moves_nodes = problem%mesh_kind == mesh_of_spans .or. problem%mesh_kind == mesh_of_marks
    end function moves_nodes
 
-   !> True for the mesh whose nodes detect contact at the start.
+   !> True for the mesh at the start of a path whose nodes detect contact.
    pure logical function is_sampled(problem)
       class(problem_t), intent(in) :: problem
       is_sampled = problem%mesh_kind == mesh_sampled
@@ -153,10 +154,10 @@ contains
       call derive_problem(problem)
    end function new_problem
 
-   !> Problem on another mesh, with the step, constant loads, overlaps and metric of `problem`.
+   !> Problem on another mesh; step, constant loads, overlaps and metric are those of `problem`.
    function remeshed_problem(problem, division) result(new)
       type(problem_t), intent(in) :: problem
-      type(division_t), intent(in) :: division(:)   !! (rod segments) as new_remeshed_model expects
+      type(division_t), intent(in) :: division(:)   !! (rod segments) divisions, as new_remeshed_model requires
       type(problem_t) :: new
       integer, allocatable :: node(:)
       integer :: e, i, j
@@ -208,7 +209,7 @@ contains
       call count_from_deck(new, new%ground%chain)
    end function remeshed_problem
 
-   !> Makes arc coordinates of a closed chain begin at the contact's first node in the deck, where the mesh may have no node.
+   !> Makes the arc coordinates of a closed chain begin at the contact's first node in the deck. The mesh may have no node there.
    subroutine count_from_deck(problem, list)
       type(problem_t), intent(in) :: problem
       type(candidates_t), intent(inout) :: list
@@ -222,7 +223,7 @@ contains
          if (e == 0) cycle
          associate (mesh => problem%model%mesh, at => problem%layout%node_at(problem%deck%contact(list%contact(c))%node(1)))
             if (mesh%curve(e) == 0) cycle
-            ! The deck's first node lies in the element that ends at the mesh's first node, or is this node.
+            ! The deck's first node is inside the element that ends at the mesh's first node, or is this node.
             ahead = problem%origin(e) + mesh%s(2, e) - at
             if (ahead < 0.0_wp .or. ahead >= mesh%s(2, e) - mesh%s(1, e)) cycle
             ahead = curve_length(problem%model%curve(mesh%curve(e)), problem%model%imperfection, mesh%s(2, e) - ahead, mesh%s(2, e))
@@ -233,7 +234,8 @@ contains
 
    !> Sets all data that follow from the model on the working mesh.
    subroutine derive_problem(problem)
-      type(problem_t), intent(inout) :: problem     !! in: deck, model, layout, coordinates along the segments, constant loads
+      type(problem_t), intent(inout) :: problem !! in: deck, model, layout, coordinates along the segments and constant loads are
+      !! set; out: all data are set
       type(geometry_t) :: home
       integer :: e, i, k
       real(wp) :: softest
@@ -281,11 +283,12 @@ contains
       end associate
       problem%weight = problem%weight / (sum(home%element%length) * problem%size**2)
       problem%force_floor = 1.0e-12_wp * softest / problem%size**2
-      ! On another mesh the overlaps are those of the deck's mesh, too. Rounding of gaps counts as contact anyway.
+      ! On any mesh the overlaps are those of the deck's mesh. Gaps up to rounding count as contact in any case.
       if (problem%deck_mesh) then
          problem%overlap = [(deepest_overlap(problem%deck, problem%deck%contact(k)), k=1, size(problem%deck%contact))]
          where (problem%overlap <= touching_gap(problem)) problem%overlap = 0.0_wp
-         ! A foundation gives way to a small overlap. The deck allows a deeper one only if the obstacle pushes the structure out.
+         ! A foundation yields to a small overlap. The deck allows a larger one only if the obstacle pushes the structure out in a
+         ! step.
          where (.not. (pushed_out(problem%deck) .or. (problem%overlap <= deepest_start(problem%deck) .and. &
             & problem%deck%obstacle(problem%deck%contact%obstacle)%rigid))) problem%overlap = 0.0_wp
       end if
@@ -317,7 +320,7 @@ contains
       end do
    end function carriers
 
-   !> Marks the nodes that may touch obstacles of each carrier.
+   !> Marks the nodes that may touch an obstacle carried by a given node.
    pure function touching(model, carrier)
       type(model_t), intent(in) :: model
       integer, intent(in) :: carrier(:)
@@ -331,7 +334,7 @@ contains
       end do
    end function touching
 
-   !> Node that carries the obstacle on which a conforming element lies; 0 for other elements.
+   !> Node that carries the obstacle on which a conforming element lies; 0 for all other elements.
    pure integer function carried_by(problem, e) result(carrier)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: e
@@ -339,7 +342,7 @@ contains
       if (problem%conforms(e) > 0) carrier = problem%model%obstacle(problem%candidates%obstacle(problem%conforms(e)))%carrier
    end function carried_by
 
-   !> Unknowns of nodes that carry obstacles, the border of the band; all three of each node, as matrices of nodes have.
+   !> Unknowns of nodes that carry obstacles, which form the border of the band matrix; all three of each node.
    pure function carried_unknowns(problem) result(unknown)
       type(problem_t), intent(in) :: problem
       integer, allocatable :: unknown(:)
@@ -354,7 +357,7 @@ contains
 
    !> True if no foundation without tension has an initial gap to any candidate of a list.
    pure logical function rests(problem, list, home)
-      type(problem_t), intent(in) :: problem   !! problem with its `size` set
+      type(problem_t), intent(in) :: problem   !! problem whose `size` is set
       type(candidates_t), intent(in) :: list
       type(geometry_t), intent(in) :: home
       real(wp) :: gap, normal(2), bend
@@ -371,18 +374,18 @@ contains
 
    !> Diagonal of the bounding box of a set of points.
    pure real(wp) function structure_size(x)
-      real(wp), intent(in) :: x(:, :)   !! (2, points)
+      real(wp), intent(in) :: x(:, :)   !! (2, points) coordinates
       structure_size = hypot(maxval(x(1, :)) - minval(x(1, :)), maxval(x(2, :)) - minval(x(2, :)))
    end function structure_size
 
-   !> Equation number of a nodal unknown (component 1, 2 or 3).
+   !> Number of the equation of a nodal unknown (component 1, 2 or 3).
    pure integer function dof(problem, node, component)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: node, component
       dof = 3 * (problem%numbering%position(node) - 1) + component
    end function dof
 
-   !> (unknowns) Weights of the metric: those of the nodes for displacements, zero for rotations.
+   !> (unknowns) Weights of the path metric: weight of the node for displacements, zero for rotations.
    pure function unknown_weights(problem) result(weight)
       type(problem_t), intent(in) :: problem
       real(wp) :: weight(problem%n_unknowns)
@@ -391,31 +394,31 @@ contains
       weight(3 * problem%numbering%position - 1) = problem%weight
    end function unknown_weights
 
-   !> (unknowns) Forces and moments, with the moments divided by the structure's size.
+   !> (unknowns) Forces and moments; the moments are divided by the structure's size.
    pure function moments_as_forces(problem, x) result(force)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: x(:)             !! (unknowns)
+      real(wp), intent(in) :: x(:)             !! (unknowns) forces and moments
       real(wp) :: force(size(x))
       force = x
       force(3::3) = x(3::3) / problem%size
    end function moments_as_forces
 
-   !> Bound of the rounding error of a gap.
+   !> Bound of the rounding error of a gap [length].
    pure real(wp) function rounding_gap(problem)
       type(problem_t), intent(in) :: problem
       rounding_gap = 8.0_wp * epsilon(rounding_gap) * problem%size
    end function rounding_gap
 
-   !> Largest initial gap that counts as contact in the stress-free structure: a deck may round coordinates to ten digits.
+   !> Largest initial gap that counts as contact in the stress-free structure [length]: a deck may round coordinates to ten digits.
    pure real(wp) function touching_gap(problem)
       type(problem_t), intent(in) :: problem
       touching_gap = 1.0e-10_wp * problem%size
    end function touching_gap
 
-   !> True for two coordinates along a rod that differ by no more than rounding, 1e-12 of the structure's size.
+   !> True if two coordinates along a rod differ by no more than rounding, 1e-12 of the structure's size.
    elemental logical function same_place(size, one, other)
       real(wp), intent(in) :: size             !! size of the structure
-      real(wp), intent(in) :: one, other       !! [length]
+      real(wp), intent(in) :: one, other       !! coordinates along the rod [length]
       same_place = abs(one - other) <= 1.0e-12_wp * size
    end function same_place
 end module problem

@@ -1,4 +1,4 @@
-!> State of the structure: all data that change along the path. Assignment copies the whole state.
+!> State of the structure: all data that change along the path. An assignment copies the whole state.
 module rod_state
    use kinds, only: wp, parallel
    use problem, only: problem_t, rounding_gap, touching_gap
@@ -20,33 +20,34 @@ module rod_state
       & candidate_position, pose_of, candidate_gap, candidate_opening, chain_gap, gap_at, candidate_offset, obstacle_offset, &
       & closing_rate, may_react, is_stress_free, unknown_push, rounding_steps
 
-   real(wp), parameter :: rounding_steps = 32.0_wp !! bound of rounding errors of displacements summed along an element, in rounding
-   !! units
+   real(wp), parameter :: rounding_steps = 32.0_wp !! bound of the rounding errors of displacements that are summed along an
+   !! element, in rounding units
    real(wp), parameter :: unknown_push = huge(1.0_wp)
 
    !> State of the structure at one point of the path.
    type :: state_t
       real(wp) :: load_factor = 0.0_wp
       real(wp), allocatable :: u(:, :)        !! (3, nodes) displacements and rotation, global axes
-      real(wp), allocatable :: z(:, :)        !! (largest z_size, elements) stored section forces
+      real(wp), allocatable :: z(:, :)        !! (largest z_size, elements) stored unknowns of the elements: section forces
       logical, allocatable :: active(:)       !! (candidates) true: in contact
       real(wp), allocatable :: reaction(:)    !! (candidates) normal reaction, > 0 in compression
-      real(wp), allocatable :: couple(:)      !! (candidates) couple on a node that has the direction of its track, without the
-      !! couples of the elements on the track
-      logical, allocatable :: grounded(:)     !! (elements) true: a distributed foundation was in contact with the element at the
-      !! last converged point
-      integer, allocatable :: segment(:)      !! (candidates of the foundations' chain) segment of the law for the element after the
+      real(wp), allocatable :: couple(:) !! (candidates) couple on a node that has the direction of its track, without the couples
+      !! of the elements on the track
+      logical, allocatable :: grounded(:) !! (elements) true: at the last converged point a distributed foundation was in contact
+      !! with the element
+      integer, allocatable :: segment(:) !! (candidates of the foundations' chain) segment of the force law on the element after the
       !! candidate, see force_law and ground_segments
-      real(wp), allocatable :: push(:, :)     !! (max_stages + 1, candidates of that chain) pressures of foundations on the element
-      !! after the candidate, see ground_pressures; unknown_push: from the gap
-      type(geometry_t) :: geometry            !! changes only if a touchdown point or an end of a foundation's contact moves
+      real(wp), allocatable :: push(:, :) !! (max_stages + 1, candidates of the foundations' chain) pressures of foundations on the
+      !! element after the candidate, see ground_pressures; unknown_push: the pressure follows from the gap
+      type(geometry_t) :: geometry !! stress-free geometry; it changes only if a touchdown point or an end of a foundation's contact
+      !! moves
    end type state_t
 
 contains
 
-   !> Stress-free initial state. Bilateral candidates and candidates without gap are active if they may react, because they may be
-   !> the only supports. Of several candidates on rigid obstacles with parallel normals at one node only the first is active.
-   !> Contact spans are always active.
+   !> Stress-free initial state. Bilateral candidates, and candidates without gap, are active if they may have a reaction, because
+   !> they may be the only supports. If several candidates at one node are on rigid obstacles with parallel normals, only the first
+   !> is active. Contact spans are always active.
    function new_state(problem) result(state)
       type(problem_t), intent(in) :: problem
       type(state_t) :: state
@@ -86,7 +87,7 @@ contains
       end do
    end function new_state
 
-   !> True for the initial state, without displacements and section forces.
+   !> True for the initial state, in which displacements and section forces are zero.
    pure logical function is_stress_free(state)
       type(state_t), intent(in) :: state
       is_stress_free = all(abs(state%u) <= 0.0_wp) .and. all(abs(state%z) <= 0.0_wp)
@@ -113,7 +114,7 @@ contains
       if (varies(problem%model%section(problem%model%mesh%section(e)))) call vary_compliance(problem, state, e, compliance)
    end function element_compliance
 
-   !> Sets the compliances of the sections at the stages.
+   !> Sets the compliances of the cross sections at the stages of an element.
    pure subroutine vary_compliance(problem, state, e, compliance)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -132,7 +133,7 @@ contains
       end do
    end subroutine vary_compliance
 
-   !> Distributed loads on an element at the state's load factor.
+   !> Distributed loads on an element at the load factor of the state.
    pure function element_load(problem, state, e) result(load)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -194,7 +195,8 @@ contains
       x = state%geometry%x(:, node) + state%u(1:2, node)
    end function node_position
 
-   !> Position of an obstacle. An obstacle carried by a node has the displacements of the node and its rotation, about the node.
+   !> Present position of an obstacle. An obstacle carried by a node has the displacements of the node, and its rotation about the
+   !> node.
    pure type(pose_t) function pose_of(problem, state, obstacle) result(pose)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -209,8 +211,8 @@ contains
       end associate
    end function pose_of
 
-   !> Offset added to the distance of a candidate (of contact or of a foundation) from its obstacle: the `gap` of the deck and the
-   !> unresolved part of the initial overlap, minus the closing so far.
+   !> Offset added to the distance of a candidate (of contact or of a foundation) from its obstacle: parameter GAP of the deck, plus
+   !> the unresolved part of the initial overlap, minus the closing so far.
    pure real(wp) function candidate_offset(problem, state, list, candidate) result(offset)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -219,20 +221,20 @@ contains
       offset = obstacle_offset(problem, state, list%obstacle(candidate), list%gap_offset(candidate), list%overlap(candidate))
    end function candidate_offset
 
-   !> The same for any place of a rod.
+   !> Offset added to the distance from an obstacle for any place of a rod, see candidate_offset.
    pure real(wp) function obstacle_offset(problem, state, obstacle, gap, overlap) result(offset)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: obstacle
-      real(wp), intent(in) :: gap              !! of the deck
-      real(wp), intent(in) :: overlap          !! initial
+      real(wp), intent(in) :: gap              !! parameter GAP of the deck [length]
+      real(wp), intent(in) :: overlap          !! initial overlap [length]
       associate (kept => problem%constant, load => problem%model%step(problem%step)%load)
          offset = gap + overlap * (1.0_wp - kept%resolved(obstacle)) - kept%closing(obstacle) - state%load_factor * &
             & (load%closing(obstacle) + load%resolved(obstacle) * overlap)
       end associate
    end function obstacle_offset
 
-   !> Closing of a candidate's gap per unit of load factor, without the obstacle's displacement.
+   !> Closing of a candidate's gap by the load factor, without the displacement of the obstacle.
    pure real(wp) function closing_rate(problem, list, candidate) result(rate)
       type(problem_t), intent(in) :: problem
       type(candidates_t), intent(in) :: list
@@ -253,7 +255,7 @@ contains
       x = pose%own_place(node_position(state, problem%candidates%node(candidate)))
    end function candidate_position
 
-   !> Gap of a candidate, its gradient and its curvature along the obstacle.
+   !> Gap of a candidate, gradient of the gap, and curvature of the gap along the obstacle.
    pure subroutine candidate_gap(problem, state, candidate, gap, normal, bend)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -262,7 +264,8 @@ contains
       call chain_gap(problem, state, problem%candidates, candidate, gap, normal, bend)
    end subroutine candidate_gap
 
-   !> The same as candidate_gap, for a candidate of either list: problem%candidates or problem%ground%chain (foundations).
+   !> Computes the results of candidate_gap for a candidate of either list: problem%candidates or problem%ground%chain
+   !> (foundations).
    pure subroutine chain_gap(problem, state, list, candidate, gap, normal, bend)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -274,13 +277,13 @@ contains
       end associate
    end subroutine chain_gap
 
-   !> The same as chain_gap, at a point of the element after a candidate.
+   !> Computes the results of candidate_gap at a point of the element after a candidate.
    pure subroutine gap_at(problem, state, list, candidate, home, displacement, gap, normal, bend)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(candidates_t), intent(in) :: list
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: home(2), displacement(2) !! stress-free position
+      real(wp), intent(in) :: home(2), displacement(2) !! stress-free position and displacement of the point
       real(wp), intent(out) :: gap, normal(2), bend
       real(wp) :: at_home
       type(pose_t) :: pose
@@ -288,15 +291,15 @@ contains
          pose = pose_of(problem, state, obstacle)
          call moved_gap(problem%model%obstacle(obstacle), home, pose%own_motion(home, displacement), at_home, gap, normal, bend)
          normal = pose%direction(normal)
-         ! The initial gap is exactly zero for a rod on its obstacle, and for a foundation with tension, which has no force at the
-         ! start.
+         ! The initial gap is taken as exactly zero for a rod on its obstacle, and for a foundation with tension, which has no force
+         ! at the start.
          at_home = at_home + offset
          if (problem%model%obstacle(obstacle)%bilateral .or. abs(at_home) <= rounding_gap(problem)) at_home = 0.0_wp
          gap = gap + at_home + (candidate_offset(problem, state, list, candidate) - offset)
       end associate
    end subroutine gap_at
 
-   !> Gap of a candidate to the surface settled under the reactions; the gap itself for a surface without settlement.
+   !> Gap of a candidate to the surface as it has settled under the reactions; if the surface does not settle, its gap.
    real(wp) function candidate_opening(problem, state, candidate) result(opening)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -307,8 +310,8 @@ contains
    end function candidate_opening
 
    !> True if a rigid obstacle with this normal can exert a reaction on the candidate's node. False if supports of the node carry
-   !> the whole reaction, or if the node is tied to another node, which then has the contact. Always true for a foundation, whose
-   !> reaction depends on its gap.
+   !> the whole reaction, or if the node is tied to another node, which then has the contact. For a foundation always true, because
+   !> its reaction depends on its gap.
    pure logical function may_react(problem, candidate, normal)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate

@@ -1,10 +1,10 @@
-!> Tied nodes: their displacements as functions of the unknowns, and the transformation of forces and matrices.
+!> Tied nodes: their displacements as functions of the unknowns, and the corresponding transformation of forces and matrices.
 !>
-!> The unknown of a tied component is the difference from the value that its tie prescribes; it is fixed at zero like a support. Let
-!> u = T(q) be the displacements of all nodes as functions of the unknowns q. Forces f on the nodes are then forces T'^T f on the
-!> unknowns. The tangent K becomes T'^T K T', plus, for a tie that rotates with a node (rigid links), the tie force times the second
-!> derivative of T. The derivative T' differs from the unit matrix only in the blocks of this module, and in those of nodes that
-!> touch carried obstacles (carried_obstacles).
+!> The unknown of a tied component is its difference from the value that the tie prescribes; like that of a support it is fixed at
+!> zero. Let u = T(q) be the displacements of all nodes as functions of the unknowns q. Forces f on the nodes are then forces T'^T f
+!> on the unknowns. The tangent K becomes T'^T K T'; for a tie that rotates with a node (rigid link) the tie force times the second
+!> derivative of T is added. The derivative T' differs from the unit matrix only in the blocks of this module, and in those of nodes
+!> that touch carried obstacles (carried_obstacles).
 module tied_nodes
    use kinds, only: wp
    use model, only: tie_t
@@ -16,15 +16,15 @@ module tied_nodes
 
 contains
 
-   !> Blocks of T' in a state: for each tied node the derivatives of its displacements and rotation with respect to the unknowns of
-   !> the nodes that it follows.
+   !> Sets the blocks of T' at a state: for each tied node the derivatives of its displacements and rotation with respect to the
+   !> unknowns of the nodes that it follows.
    subroutine set_blocks(problem, u, turned, axis, roll, lean, block)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: u(:, :)            !! (3, nodes) displacements
       logical, intent(in) :: turned(:)           !! (nodes) true: rotated axes, see system_t; false for tied nodes
-      real(wp), intent(in) :: axis(:, :), roll(:), lean(:) !! (2, nodes), (nodes): see system_t
-      real(wp), intent(inout) :: block(:, :, :)  !! (3, 3, size(problem%ties%of)) in: blocks of nodes that touch carried obstacles;
-      !! out: complete; rows: global axes, columns: node axes
+      real(wp), intent(in) :: axis(:, :), roll(:), lean(:) !! (2, nodes) first axis; (nodes) couplings of the unknowns; see system_t
+      real(wp), intent(inout) :: block(:, :, :) !! (3, 3, size(problem%ties%of)) blocks, rows: global axes, columns: node axes. In:
+      !! those of nodes that touch carried obstacles; out: all
       real(wp) :: arm(2)
       integer :: i, k, n
       do n = 1, size(problem%ties%follows)
@@ -47,7 +47,7 @@ contains
 
    contains
 
-      !> Adds `factor` times component `part` of node `of`, expressed by unknowns, to the row of a tied component.
+      !> Adds to the row of a tied component `factor` times component `part` of node `of`, expressed by the unknowns of that node.
       subroutine add_row(node, component, of, part, factor)
          integer, intent(in) :: node, component, of, part
          real(wp), intent(in) :: factor
@@ -57,7 +57,7 @@ contains
             if (.not. problem%ties%follows(of)) then
                to = first(node) - 1 + findloc(list(first(node):first(node + 1) - 1), of, 1)
                block(component, :, to) = block(component, :, to) + factor * own_row(of, part)
-               ! The followed node in turn follows the nodes that carry the obstacles in contact with it.
+               ! The node that is followed in turn follows the nodes that carry the obstacles in contact with it.
                do b = first(of), first(of + 1) - 1
                   to = first(node) - 1 + findloc(list(first(node):first(node + 1) - 1), list(b), 1)
                   block(component, :, to) = block(component, :, to) + factor * matmul(own_row(of, part), block(:, :, b))
@@ -73,7 +73,7 @@ contains
          end associate
       end subroutine add_row
 
-      !> A displacement or the rotation of an untied node as a linear function of the node's own unknowns.
+      !> A displacement or the rotation of an untied node as a linear function of the unknowns of this node.
       pure function own_row(node, part) result(row)
          integer, intent(in) :: node, part
          real(wp) :: row(3)
@@ -102,14 +102,14 @@ contains
          value = value + tie%factor(k) * u(tie%part(k), tie%of(k))
       end do
       if (tie%turner == 0 .or. tie%component == 3) return
-      ! (R - 1) arm with the rotation R, in a form without cancellation.
+      ! (R - 1) arm, with the rotation matrix R, in a form without cancellation.
       half = 0.5_wp * u(3, tie%turner)
       change = (2.0_wp * sin(half)) * [-sin(half) * tie%arm(1) - cos(half) * tie%arm(2), &
          & cos(half) * tie%arm(1) - sin(half) * tie%arm(2)]
       value = value + change(tie%component)
    end function tie_value
 
-   !> Rotated arm of a rigid link.
+   !> Arm of a rigid link after rotation (x, y).
    pure function turned_arm(tie, rotation) result(arm)
       type(tie_t), intent(in) :: tie
       real(wp), intent(in) :: rotation           !! rotation of the node with which the link rotates [rad]
@@ -122,8 +122,7 @@ contains
    pure real(wp) function tie_swing(tie, u, force) result(stiffness)
       type(tie_t), intent(in) :: tie
       real(wp), intent(in) :: u(:, :)            !! (3, nodes) displacements
-      real(wp), intent(in) :: force              !! tie force: internal less external force on the tied component; or the rate of
-      !! the tie force
+      real(wp), intent(in) :: force !! tie force (internal minus external force on the tied component), or its derivative
       real(wp) :: arm(2)
       stiffness = 0.0_wp
       if (tie%turner == 0 .or. tie%component == 3) return
@@ -131,11 +130,11 @@ contains
       stiffness = -force * arm(tie%component)
    end function tie_swing
 
-   !> Increments of a node's displacements and rotation in node axes. For a tied node: increments in global axes, from the unknowns
-   !> of the nodes that it follows.
+   !> Increments of a node's displacements and rotation in node axes. For a tied node they are in global axes, and follow from the
+   !> unknowns of the nodes to which it is tied.
    pure function node_unknowns(problem, block, node, x) result(du)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: block(:, :, :)     !! from set_blocks
+      real(wp), intent(in) :: block(:, :, :)     !! (3, 3, ties) blocks from set_blocks
       integer, intent(in) :: node
       real(wp), intent(in) :: x(:)               !! (n) increments of the unknowns
       real(wp) :: du(3)
@@ -151,13 +150,13 @@ contains
       end do
    end function node_unknowns
 
-   !> Adds the force and moment on a node to the forces on the unknowns.
+   !> Adds a force and a moment on a node to the forces on the unknowns.
    pure subroutine spread_force(problem, block, node, force, vector)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: block(:, :, :)     !! from set_blocks
+      real(wp), intent(in) :: block(:, :, :)     !! (3, 3, ties) blocks from set_blocks
       integer, intent(in) :: node
-      real(wp), intent(in) :: force(3)           !! force and moment in node axes; in global axes for a tied node
-      real(wp), intent(inout) :: vector(:)       !! (n)
+      real(wp), intent(in) :: force(3)           !! force (2) and moment in node axes; for a tied node in global axes
+      real(wp), intent(inout) :: vector(:)       !! (n) forces on the unknowns
       integer :: b, d
       if (.not. problem%ties%follows(node)) then
          d = dof(problem, node, 1)
@@ -172,9 +171,9 @@ contains
    !> Adds a symmetric matrix of one or two nodes to the band.
    pure subroutine add_matrix(problem, block, nodes, k, band)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: block(:, :, :)     !! from set_blocks
+      real(wp), intent(in) :: block(:, :, :)     !! (3, 3, ties) blocks from set_blocks
       integer, intent(in) :: nodes(:)            !! one or two nodes
-      real(wp), intent(in) :: k(:, :)            !! (3 nodes, 3 nodes) in the nodes' axes; global axes for tied nodes
+      real(wp), intent(in) :: k(:, :) !! (3 * number of nodes, the same) matrix in the nodes' axes; for tied nodes in global axes
       type(band_t), intent(inout) :: band
       integer :: place(size(nodes) + size(block, 3)), end_of(size(nodes) + size(block, 3)), with(size(nodes) + size(block, 3))
       real(wp) :: part(3, 3)

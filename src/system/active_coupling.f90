@@ -1,14 +1,14 @@
-!> Ground that couples candidates (half-space, shear layer), in the equations linearised with the present contact set.
+!> Ground that couples contact candidates (half-space, shear layer), in the equations linearised with the present contact set.
 !>
-!> For the active candidates g + T r = 0 (gaps g, reactions r, compliance matrix T, see ground_coupling): the ground is a spring
-!> with the full stiffness matrix S = T^-1, r = -S g. The band matrix K contains a stiffer ground instead, independent springs e =
-!> 1/d of the candidates (d: coupling_t%local); the excess stiffness W = diag(e) - S is positive definite because T - d is.
-!> Solutions are corrected for W (Sherman, Morrison, Woodbury):
+!> For the active candidates g + T r = 0, with the gaps g, the reactions r and the compliance matrix T (see ground_coupling). The
+!> ground is therefore a spring with the full stiffness matrix S = T^-1, r = -S g. The band matrix K contains a stiffer ground
+!> instead: independent springs e = 1/d of the candidates (d: coupling_t%local). The excess stiffness W = diag(e) - S is positive
+!> definite because T - d is. Solutions are corrected for W (Sherman, Morrison, Woodbury):
 !>
 !>   (K - N W N^T)^-1 = K^-1 + X (W^-1 - N^T X)^-1 X^T,   X = K^-1 N,   N^T the derivatives of the gaps by the unknowns.
 !>
-!> The band is regular also if contact alone supports the structure. By Haynsworth's theorem the number of negative eigenvalues of
-!> the true tangent is that of the band plus that of the small matrix.
+!> The band matrix is regular even if contact alone supports the structure. By Haynsworth's theorem the number of negative
+!> eigenvalues of the true tangent is that of the band matrix plus that of the small matrix.
 module active_coupling
    use kinds, only: wp
    use ground_coupling, only: coupling_t
@@ -16,29 +16,29 @@ module active_coupling
    use lapack, only: dpotrf, dpotri, dsytrs
    implicit none
    private
-   public :: active_coupling_t, set_active, coupled_answer, add_forces, &
+   public :: active_coupling_t, set_active, coupled_response, add_forces, &
       & subtract_excess, excess_row, factor_excess, add_excess_response
 
-   !> Active candidates on coupled ground.
+   !> Active candidates on coupled ground. Symbols are those of the header of this module.
    type :: active_coupling_t
       integer :: n = 0
       integer, allocatable :: candidate(:)
-      integer, allocatable :: entry(:)              !! index of the candidate in coupling_t
-      integer, allocatable :: row(:)                !! first unknown of the candidate's node
-      real(wp), allocatable :: direction(:, :)      !! (2, n) N: normals in node axes
-      real(wp), allocatable :: stiffness(:, :)      !! (n, n) S
-      real(wp), allocatable :: excess(:, :)         !! (n, n) W, excess stiffness of the band's ground
+      integer, allocatable :: entry(:)              !! (n) index of the candidate in coupling_t
+      integer, allocatable :: row(:)                !! (n) first unknown of the candidate's node
+      real(wp), allocatable :: direction(:, :)      !! (2, n) normals in node axes: the entries of N that are not zero
+      real(wp), allocatable :: stiffness(:, :)      !! (n, n) S, stiffness of the ground
+      real(wp), allocatable :: excess(:, :)         !! (n, n) W, excess stiffness of the ground in the band matrix
       real(wp), allocatable :: excess_inverse(:, :)
-      real(wp), allocatable :: column(:, :)         !! (unknowns, n) X, zero at fixed unknowns
+      real(wp), allocatable :: column(:, :)         !! (unknowns, n) X; zero at fixed unknowns
       real(wp), allocatable :: small(:, :)          !! (n, n) factors of W^-1 - N^T X
       integer, allocatable :: pivot(:)
-      integer :: negative_pivots = 0                !! number of negative eigenvalues of the small matrix, to be added to that of
-      !! the band
+      integer :: negative_pivots = 0 !! number of negative eigenvalues of the small matrix, which is added to that of the band
+      !! matrix
    end type active_coupling_t
 
 contains
 
-   !> Stiffness of the ground for a contact set; computed again only if the set has changed.
+   !> Sets the stiffness of the ground for a contact set; it is computed again only if the set has changed.
    subroutine set_active(coupling, active, set)
       type(coupling_t), intent(in) :: coupling
       logical, intent(in) :: active(:)             !! (candidates) true: in contact
@@ -82,12 +82,12 @@ contains
       end do
    end function inverse
 
-   !> Reactions of coupled candidates and their openings (distance from the settled surface) for given gaps. One of the two is
-   !> prescribed for each candidate: the opening of active candidates (usually 0), the reaction of inactive ones.
-   subroutine coupled_answer(coupling, set, given, gap, reaction)
+   !> Computes reactions of coupled candidates and their openings (distances from the settled surface) for given gaps. For each
+   !> candidate one of the two is prescribed: the opening of active candidates (usually 0), the reaction of inactive ones.
+   subroutine coupled_response(coupling, set, given, gap, reaction)
       type(coupling_t), intent(in) :: coupling
       type(active_coupling_t), intent(in) :: set
-      real(wp), intent(in) :: given(:)             !! (candidates) prescribed opening or reaction
+      real(wp), intent(in) :: given(:) !! (candidates) prescribed opening of active candidates, prescribed reaction of inactive ones
       real(wp), intent(inout) :: gap(:)            !! (candidates) in: gap to the undeformed surface; out: opening
       real(wp), intent(inout) :: reaction(:)       !! (candidates) out: reactions of coupled candidates
       real(wp) :: r(coupling%n), g(coupling%n)
@@ -100,12 +100,12 @@ contains
       reaction(coupling%candidate) = r
       gap(coupling%candidate) = g + matmul(coupling%compliance(:, set%entry), r(set%entry))
       gap(set%candidate) = given(set%candidate)
-   end subroutine coupled_answer
+   end subroutine coupled_response
 
-   !> Changes N^T x of the gaps.
+   !> Changes N^T x of the gaps for changes x of the unknowns.
    pure function gap_changes(set, x) result(change)
       type(active_coupling_t), intent(in) :: set
-      real(wp), intent(in) :: x(:)                 !! (unknowns)
+      real(wp), intent(in) :: x(:)                 !! (unknowns) node axes
       real(wp) :: change(set%n)
       integer :: i
       do i = 1, set%n
@@ -113,11 +113,11 @@ contains
       end do
    end function gap_changes
 
-   !> Adds contact forces to the forces on the unknowns: y = y + N force.
+   !> Adds the contact forces of coupled candidates to the forces y on the unknowns: y = y + N force.
    pure subroutine add_forces(set, force, y)
       type(active_coupling_t), intent(in) :: set
-      real(wp), intent(in) :: force(:)             !! (n)
-      real(wp), intent(inout) :: y(:)              !! (unknowns)
+      real(wp), intent(in) :: force(:)             !! (n) contact force of each coupled candidate
+      real(wp), intent(inout) :: y(:)              !! (unknowns) forces, node axes
       integer :: i
       do i = 1, set%n
          associate (d => set%row(i))
@@ -126,10 +126,10 @@ contains
       end do
    end subroutine add_forces
 
-   !> Subtracts the excess stiffness from a product with the band: y = y - N W N^T x; returns x^T N W N^T x.
+   !> Subtracts the excess stiffness from a product with the band matrix: y = y - N W N^T x. Returns x^T N W N^T x in `form`.
    pure subroutine subtract_excess(set, x, y, form)
       type(active_coupling_t), intent(in) :: set
-      real(wp), intent(in) :: x(:)                 !! (unknowns)
+      real(wp), intent(in) :: x(:)                 !! (unknowns) node axes
       real(wp), intent(inout) :: y(:)
       real(wp), intent(out) :: form
       real(wp) :: change(set%n), force(set%n)
@@ -141,7 +141,7 @@ contains
       call add_forces(set, -force, y)
    end subroutine subtract_excess
 
-   !> One row of the product N W N^T x with the excess stiffness W.
+   !> One row of the product N W N^T x.
    pure real(wp) function excess_row(set, row, x)
       type(active_coupling_t), intent(in) :: set
       integer, intent(in) :: row
@@ -154,8 +154,8 @@ contains
       end do
    end function excess_row
 
-   !> Computes X and factors the small matrix for a factored band. A zero pivot is replaced by a small positive number, as in
-   !> factorise.
+   !> Computes X and factors the small matrix; the band matrix is already factored. A zero pivot is replaced by a small positive
+   !> number, as in factorise.
    subroutine factor_excess(set, factor, fixed)
       type(active_coupling_t), intent(inout) :: set
       type(factor_t), intent(in) :: factor
@@ -185,11 +185,11 @@ contains
       call factor_symmetric(set%small, set%pivot, max(sqrt(epsilon(largest)) * largest, tiny(largest)), set%negative_pivots, zero)
    end subroutine factor_excess
 
-   !> Corrects x = K^-1 b, a solution with the band, whose ground is too stiff by W, for the true stiffness of the ground; fixed
-   !> unknowns keep their values.
+   !> Corrects a solution x = K^-1 b of the band matrix, whose ground is too stiff by W, to that of the true tangent. Fixed unknowns
+   !> keep their values.
    subroutine add_excess_response(set, x)
       type(active_coupling_t), intent(in) :: set
-      real(wp), intent(inout) :: x(:)              !! (unknowns)
+      real(wp), intent(inout) :: x(:)              !! (unknowns) solution, node axes
       real(wp) :: q(set%n, 1)
       integer :: info
       if (set%n == 0) return

@@ -1,9 +1,10 @@
-!> Inextensible rods: correction of solutions for the artificial extension of the factored tangent.
+!> Inextensible rods: corrects solutions for the artificial extension in the factored tangent.
 !>
-!> The stored section forces and defects of such elements have 1/EA = 0, so that equilibrium is exact. Since a straight element
-!> would have an infinite axial stiffness, the tangent has an artificial axial compliance, a small part of the bending compliance
-!> (ge_element). Solutions with the factored tangent are corrected here: the artificial extension of each element is applied to the
-!> element as a stress-free distortion of opposite sign. Each correction reduces the error by this small ratio of both compliances.
+!> The stored section forces and defects of inextensible elements have 1/EA = 0, so that equilibrium is exact. Since a straight
+!> element would have an infinite axial stiffness, the tangent has an artificial axial compliance, a small part of the bending
+!> compliance (ge_element). Solutions with the factored tangent are corrected here: the artificial extension of each element is
+!> applied to it as a stress-free distortion of opposite sign. Each correction reduces the error by the small ratio of the two
+!> compliances.
 module axial_rigidity
    use kinds, only: wp
    use problem, only: problem_t, dof
@@ -14,22 +15,23 @@ module axial_rigidity
    integer, parameter, public :: rigidity_rounds = 2 !! number of corrections of a solution; each reduces the error by about eight
    !! digits
 
-   !> Linear maps from unknowns to the artificial extension of inextensible elements and back.
+   !> Linear maps from unknowns to the artificial extension of inextensible elements, and back.
    type :: rigidity_t
       integer :: n = 0
-      integer, allocatable :: element(:)       !! (n)
+      integer, allocatable :: element(:)       !! (n) inextensible elements
       integer, allocatable :: first(:)         !! (n + 1) index of the first entry of an element
-      integer, allocatable :: unknown(:)       !! (entries)
-      real(wp), allocatable :: force(:, :)     !! (2, entries) derivative of the force at the first end by the unknown
-      real(wp), allocatable :: push(:, :)      !! (2, entries) force on the unknown by a unit shift of the second end
-      real(wp), allocatable :: give(:, :, :)   !! (2, 2, n) artificial extension of the tangent per unit force
-      real(wp), allocatable :: shifted(:, :, :) !! (2, 2, n) force per unit shift of the second end
+      integer, allocatable :: unknown(:)       !! (entries) index of the unknown
+      real(wp), allocatable :: force(:, :)     !! (2, entries) derivative of the force at the element's first end by the unknown
+      real(wp), allocatable :: push(:, :) !! (2, entries) force on the unknown for a unit translation of the element's second end
+      real(wp), allocatable :: give(:, :, :)   !! (2, 2, n) artificial extension in the tangent for a unit force
+      real(wp), allocatable :: shifted(:, :, :) !! (2, 2, n) force for a unit translation of the second end
       real(wp), allocatable :: load(:, :)      !! (2, n) derivative of the force by the load factor
    end type rigidity_t
 
 contains
 
-   !> The inextensible elements of a problem, with entries for all unknowns of their nodes, ties included.
+   !> The inextensible elements of a problem, with entries for all unknowns of their nodes. For tied nodes these are the unknowns of
+   !> the nodes that they follow.
    function new_rigidity(problem) result(rigidity)
       type(problem_t), intent(in) :: problem
       type(rigidity_t) :: rigidity
@@ -54,12 +56,13 @@ contains
       allocate (rigidity%give(2, 2, rigidity%n), rigidity%shifted(2, 2, rigidity%n), rigidity%load(2, rigidity%n), source=0.0_wp)
    end function new_rigidity
 
-   !> Artificial extension of the inextensible elements in a solution with the factored tangent.
+   !> Artificial extension of the inextensible elements in a solution that was computed with the factored tangent.
    pure subroutine stretched(rigidity, x, load, stretch)
       type(rigidity_t), intent(in) :: rigidity
       real(wp), intent(in) :: x(:)             !! (unknowns) the solution
       real(wp), intent(in) :: load             !! load factor of the solution
-      real(wp), intent(inout) :: stretch(:, :) !! (2, n) in: extension corrected so far; out: extension to correct next
+      real(wp), intent(inout) :: stretch(:, :) !! (2, n) in: extension that is already corrected; out: extension to be corrected
+      !! next
       real(wp) :: force(2)
       integer :: i, k
       do i = 1, rigidity%n
@@ -74,8 +77,8 @@ contains
    !> Forces on the unknowns that shorten the elements by given artificial extensions.
    pure subroutine shrinking_forces(rigidity, stretch, force)
       type(rigidity_t), intent(in) :: rigidity
-      real(wp), intent(in) :: stretch(:, :)    !! (2, n)
-      real(wp), intent(out) :: force(:)        !! (unknowns)
+      real(wp), intent(in) :: stretch(:, :)    !! (2, n) artificial extensions
+      real(wp), intent(out) :: force(:)        !! (unknowns) forces, node axes
       integer :: i, k
       force = 0.0_wp
       do i = 1, rigidity%n

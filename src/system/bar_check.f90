@@ -1,4 +1,4 @@
-!> Check that straight inextensible rods are statically determinate at the start.
+!> Checks that straight inextensible rods are statically determinate at the start.
 !>
 !> A straight inextensible rod fixes the distance of its ends. If other rods or supports also fix this distance, the force in the
 !> rod is indeterminate, and heat or a moving support would require an extension. Curved rods bend and are never indeterminate.
@@ -13,14 +13,16 @@ module bar_check
    private
    public :: indeterminate_bar
 
-   real(wp), parameter :: straight = 1.0e-12_wp !! relative difference of length and chord up to which a rod is straight
+   real(wp), parameter :: straight = 1.0e-12_wp !! difference between length and chord, over the length, up to which a rod is
+   !! straight
 
 contains
 
-   !> Message that names a straight inextensible rod whose end distance other rods or supports also fix; '' if there is none.
+   !> Message that names a straight inextensible rod whose end distance is also fixed by other rods or supports; '' if there is
+   !> none.
    function indeterminate_bar(problem, state) result(words)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state       !! at the start
+      type(state_t), intent(in) :: state       !! state at the start
       character(:), allocatable :: words
       real(wp) :: block(3, 3, size(problem%ties%of)), axis(2, problem%model%mesh%n_nodes), chord(2), length
       real(wp), dimension(problem%model%mesh%n_nodes) :: roll, lean

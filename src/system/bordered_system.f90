@@ -1,12 +1,12 @@
-!> Linearised equilibrium equations with a constraint row and a load column (bordered system): factored once, solved for any
-!> right-hand side.
+!> Bordered system: the linearised equilibrium equations with a constraint row and a load column. It is factored once and solved for
+!> any right-hand side.
 !>
 !>   K x - load y = rhs      row.x + corner y = path
 !>
-!> K is the tangent: the band minus the excess stiffness of coupled ground (active_coupling). x and y are the increments of the
-!> unknowns and of the load factor, `load` the forces per unit of load factor, rhs the forces to be balanced. The second equation is
-!> the linearised path constraint, whose right-hand side is `path`. The constraint row makes the system regular at limit points,
-!> where K is singular.
+!> K is the tangent: the band matrix minus the excess stiffness of coupled ground (active_coupling). x and y are the increments of
+!> the unknowns and of the load factor; `load` are the forces by the load factor, rhs the forces to be balanced. The second equation
+!> is the linearised path constraint, with `path` as its right-hand side. The constraint row makes the system regular at limit
+!> points, where K is singular.
 module bordered_system
    use kinds, only: wp
    use state_functional, only: functional_t
@@ -31,7 +31,8 @@ module bordered_system
 
 contains
 
-   !> Assembles and factors the system; system%ok is false if an element or the matrix is singular. `base` as in linear_system.
+   !> Assembles and factors the system; system%ok becomes false if an element or the matrix is singular. `base` is described in
+   !> linear_system.
    subroutine linearise(problem, state, base, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state, base
@@ -63,8 +64,8 @@ contains
    end subroutine factor_system
 
    !> System whose solutions contain the artificial extension of inextensible elements (about 1e-8 of bending). Such solutions are a
-   !> linear function of the unknowns alone; without the artificial extension the force in an inextensible element is an independent
-   !> variable.
+   !> linear function of the unknowns alone. Without the artificial extension the force in an inextensible element would be an
+   !> independent variable.
    function with_stretch(system) result(stretching)
       type(system_t), intent(in) :: system     !! factored
       type(system_t) :: stretching             !! factored
@@ -76,11 +77,11 @@ contains
    end function with_stretch
 
    !> Change of the force that a support, a rigid contact or a tie exerts on an unknown, for increments x of the unknowns and y of
-   !> the load factor as solve_bordered returns them.
+   !> the load factor (see solve_bordered).
    pure real(wp) function held_force_change(system, d, x, y) result(change)
       type(system_t), intent(in) :: system     !! factored
       integer, intent(in) :: d                 !! index of the unknown
-      real(wp), intent(in) :: x(:)             !! (n) node axes
+      real(wp), intent(in) :: x(:)             !! (n) increments of the unknowns, node axes
       real(wp), intent(in) :: y
       change = row_times(system, d, x) - system%tangent_load(d) * y
    end function held_force_change
@@ -88,9 +89,9 @@ contains
    !> Response to forces at constant load factor, with all eliminated unknowns fixed.
    subroutine solve_effective(system, rhs, x, stretch)
       type(system_t), intent(in) :: system     !! factored
-      real(wp), intent(in) :: rhs(:)           !! (n) node axes; entries of fixed unknowns are ignored
-      real(wp), intent(out) :: x(:)            !! (n)
-      real(wp), intent(out), optional :: stretch(:, :) !! (2, inextensible elements) extension that was corrected
+      real(wp), intent(in) :: rhs(:)           !! (n) forces, node axes; entries of fixed unknowns are ignored
+      real(wp), intent(out) :: x(:)            !! (n) response, node axes
+      real(wp), intent(out), optional :: stretch(:, :) !! (2, inextensible elements) artificial extension that was corrected
       real(wp) :: held(system%n), given(2, system%rigidity%n)
       held = 0.0_wp
       call solve_constrained(system, rhs, held, x)
@@ -99,7 +100,7 @@ contains
       if (present(stretch)) stretch = given
    end subroutine solve_effective
 
-   !> Responses to many force vectors at constant load factor, each as in solve_effective.
+   !> Responses to many force vectors at constant load factor, each of them as from solve_effective.
    subroutine solve_all_effective(system, x)
       type(system_t), intent(in) :: system     !! factored
       real(wp), intent(inout) :: x(:, :)       !! (n, any number) in: forces, 0 at fixed unknowns; out: responses
@@ -120,11 +121,11 @@ contains
       end do
    end subroutine solve_all_effective
 
-   !> Removes the artificial extension of inextensible rods from a solution (axial_rigidity).
+   !> Removes the artificial extension of inextensible rods from a solution (see axial_rigidity).
    subroutine take_back_stretches(system, load, stretch, x)
       type(system_t), intent(in) :: system     !! factored, with inextensible rods
       real(wp), intent(in) :: load             !! load factor of the solution
-      real(wp), intent(inout) :: stretch(:, :) !! (2, inextensible elements) in: 0; out: corrected extension
+      real(wp), intent(inout) :: stretch(:, :) !! (2, inextensible elements) in: 0; out: artificial extension that was corrected
       real(wp), intent(inout) :: x(:)          !! (n) in: solution with the factored tangent; out: corrected solution
       real(wp) :: first(system%n), force(system%n), held(system%n)
       integer :: round
@@ -136,19 +137,20 @@ contains
          call solve_constrained(system, force, held, x)
          x = first + x
       end do
-      ! If nothing but the artificial extension exceeds rounding, the solution is zero.
+      ! If only the artificial extension exceeds rounding, the solution is zero.
       if (is_rounding(3) .and. is_rounding(1) .and. is_rounding(2)) x = 0.0_wp
 
    contains
 
-      !> True if the correction has reduced a component of all nodes to the rounding error of the subtraction.
+      !> True if the correction has reduced one component of the displacements of all nodes to the rounding error of the
+      !> subtraction.
       pure logical function is_rounding(component)
          integer, intent(in) :: component
          is_rounding = maxval(abs(x(component::3))) <= sqrt(epsilon(x)) * maxval(abs(first(component::3)))
       end function is_rounding
    end subroutine take_back_stretches
 
-   !> x = K^-1 rhs with the fixed unknowns at their prescribed values.
+   !> Solves K x = rhs; the fixed unknowns have their prescribed values.
    subroutine solve_constrained(system, rhs, prescribed, x)
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: rhs(:)         !! (n) forces on the free unknowns
@@ -170,7 +172,7 @@ contains
       call timing_stop(phase_solution)
    end subroutine solve_constrained
 
-   !> Makes a functional the quantity of the path constraint: solve_bordered prescribes its change.
+   !> Makes a functional the quantity of the path constraint, whose change solve_bordered prescribes.
    pure subroutine set_path_row(system, held)
       type(system_t), intent(inout) :: system
       type(functional_t), intent(in) :: held
@@ -178,23 +180,23 @@ contains
       system%path_corner = held%by_load
    end subroutine set_path_row
 
-   !> The functional row.u + by_load times the load factor, with the displacements u of the nodes.
+   !> The functional row.u + by_load * load factor, with the displacements u of the nodes.
    function linear_functional(problem, system, row, by_load) result(linear)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: row(:, :)      !! (3, nodes) in global axes
-      real(wp), intent(in) :: by_load        !! derivative by the load factor
+      real(wp), intent(in) :: row(:, :)      !! (3, nodes) coefficients of the displacements, global axes
+      real(wp), intent(in) :: by_load        !! derivative of the functional by the load factor
       type(functional_t) :: linear
       linear%by_unknown = unknowns_of(problem, system, row)
       linear%by_load = by_load
    end function linear_functional
 
-   !> Transforms forces on nodes, or coefficients of nodal displacements, to the unknowns.
+   !> Transforms forces on nodes, or coefficients of nodal displacements, to the axes of the unknowns.
    function unknowns_of(problem, system, by_node) result(by_unknown)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: by_node(:, :)  !! (3, nodes) in global axes
-      real(wp) :: by_unknown(system%n)       !! (n) node axes
+      real(wp), intent(in) :: by_node(:, :)  !! (3, nodes) forces or coefficients, global axes
+      real(wp) :: by_unknown(system%n)       !! (n) forces or coefficients, node axes
       real(wp) :: part(3)
       integer :: node
       by_unknown = 0.0_wp
@@ -205,42 +207,42 @@ contains
       end do
    end function unknowns_of
 
-   !> Solves the bordered system. ok is false if the system is singular: at a bifurcation, or without a constraint.
+   !> Solves the bordered system. `ok` is false if it is singular: at a bifurcation, or if there is no constraint.
    subroutine solve_bordered(system, rhs, prescribed, path_rhs, x, y, ok)
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: rhs(:), prescribed(:) !! (n)
-      real(wp), intent(in) :: path_rhs              !! `path`, see the header
+      real(wp), intent(in) :: rhs(:), prescribed(:) !! (n) forces to be balanced; (n) values of the fixed unknowns
+      real(wp), intent(in) :: path_rhs              !! right-hand side `path` of the constraint, see the header of this module
       real(wp), intent(inout) :: x(:)               !! (n) increments of the unknowns, node axes
       real(wp), intent(out) :: y                    !! increment of the load factor
-      logical, intent(out) :: ok                    !! false: singular
+      logical, intent(out) :: ok                    !! false: the bordered system is singular
       real(wp) :: pivot
       y = 0.0_wp
       call solve_constrained(system, rhs, prescribed, x)
       if (system%roll_at > 0) x = x + system%roll_by * system%rolled
       pivot = dot_product(system%path_row, system%tangent) + system%path_corner
-      ! A zero constraint row, as under load control, cannot make a singular tangent regular.
+      ! A constraint row that is zero, as under load control, cannot make a singular tangent regular.
       ok = abs(pivot) > 0.0_wp .and. .not. (system%factor%deficient .and. all(abs(system%path_row) <= 0.0_wp))
       if (.not. ok) return
       y = (path_rhs - dot_product(system%path_row, x)) / pivot
       x = x + y * system%tangent
    end subroutine solve_bordered
 
-   !> Linear change of the stored section forces for an increment of unknowns and load factor, without the part by which the
-   !> elements' own defects are eliminated.
+   !> Linear change of the stored section forces for increments of the unknowns and of the load factor. It does not include the
+   !> change that eliminates the elements' own defects.
    function resultant_rates(problem, system, x, y) result(rate)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: x(:), y        !! increments as solve_bordered returns them
+      real(wp), intent(in) :: x(:), y        !! increments of the unknowns (n) and of the load factor, see solve_bordered
       real(wp) :: rate(size(system%op, 1), problem%model%mesh%n_elements)
       rate = rates_of(problem, system, x, all_to_global(problem, system, x), y)
    end function resultant_rates
 
-   !> The same as resultant_rates, for increments that are also given in global axes.
+   !> Computes resultant_rates if the increments are also known in global axes.
    function rates_of(problem, system, x, du, y) result(rate)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: x(:)
-      real(wp), intent(in) :: du(:, :), y    !! (3, nodes), increment of the load factor
+      real(wp), intent(in) :: du(:, :), y    !! increments of the nodes (3, nodes), global axes; increment of the load factor
       real(wp) :: rate(size(system%op, 1), problem%model%mesh%n_elements), own(6)
       class(rod_element_t), pointer :: rod
       integer :: e, k, z
@@ -270,7 +272,7 @@ contains
    function all_to_global(problem, system, x) result(du)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: x(:)           !! (n) node axes
+      real(wp), intent(in) :: x(:)           !! (n) unknowns, node axes
       real(wp) :: du(3, problem%model%mesh%n_nodes)
       integer :: node
       do node = 1, size(du, 2)
@@ -278,7 +280,7 @@ contains
       end do
    end function all_to_global
 
-   !> Adds a solved increment to the state: displacements, stored section forces, load factor.
+   !> Adds a solved increment to a state: to its displacements, stored section forces and load factor.
    subroutine apply_increment(problem, system, x, y, state)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system

@@ -1,17 +1,18 @@
-!> Obstacles carried by nodes: bodies without mass that have the displacements and the rotation of a node. Supports, springs and
-!> loads of this node determine their motion.
+!> Obstacles carried by nodes: bodies without mass that move with the displacements and the rotation of a node. The supports,
+!> springs and loads of this node (the carrier) determine their motion.
 !>
-!> The unknowns of a node in contact with such an obstacle are its displacements relative to the obstacle. With these unknowns x in
-!> the node's axes A, and the displacements and rotation d of the node that carries the obstacle, the node moves by A x + B d. For
-!> nodes of a line contact B is B_rigid, the motion of the body at the node. For a point contact B d is along the normal, and the
-!> obstacle slides along the rod: the rod is not strained needlessly, and the stiffness of the body is no difference of large
-!> numbers. If a support or a second obstacle fixes the node in a direction, B d has the remaining direction. The gap is unchanged
-!> in all cases. The forces on all nodes in contact, each times B^T, act on the carrier, which is in equilibrium together with these
-!> nodes. Contact forces and derivatives of the contact's geometry do not enter. Conforming elements and the terms of contact depend
-!> on w, the displacements relative to the obstacle: A x + (B - B_rigid) d.
+!> The unknowns of a node in contact with such an obstacle are its displacements relative to the obstacle. Let x be these unknowns
+!> in the node's axes A, and d the displacements and rotation of the carrier. The node moves by A x + B d. For nodes of a line
+!> contact B is B_rigid, the rigid motion of the body at the node. For a point contact B d is along the normal, and the obstacle
+!> slides along the rod: the rod is then not strained, and the stiffness of the body is not a difference of large numbers. If a
+!> support or a second obstacle fixes the node in a direction, B d has the remaining direction. In all cases the gap does not change
+!> with d. The forces on all nodes in contact, each times B^T, act on the carrier, which is in equilibrium together with these
+!> nodes; contact forces and derivatives of the contact's geometry do not enter. Conforming elements and the terms of contact depend
+!> on the displacements relative to the obstacle, w = A x + (B - B_rigid) d.
 !>
-!> A body that turns by f about its pivot moves a node in contact by f J r + w, with the arm r from the pivot to the node and a
-!> quarter turn J. The second variation of this motion, 2 f J w - f^2 r, times the force on the node is a term of the tangent.
+!> A body that turns by the angle f about its pivot moves a node in contact by f J r + w, with the arm r from the pivot to the node
+!> and the quarter turn J. The second variation of this motion, 2 f J w - f^2 r, times the force on the node is a term of the
+!> tangent.
 module carried_obstacles
    use kinds, only: wp
    use problem, only: problem_t, dof, carried_by
@@ -19,7 +20,7 @@ module carried_obstacles
    use rod_load, only: ge_load_t, line_at_stage
    use obstacle_pose, only: pose_t, rigid_motion, about_pivot
    use obstacle_track, only: track_t
-   use conforming_span, only: lying_t, conforming_track
+   use conforming_span, only: conforming_state_t, conforming_track
    use tied_nodes, only: add_matrix, node_unknowns, spread_force
    use band_matrix, only: band_t
    use system_type, only: system_t
@@ -30,11 +31,12 @@ module carried_obstacles
 
 contains
 
-   !> Sets the blocks A^-1 B and A^-1 (B - B_rigid) of all nodes that may touch carried obstacles; zero for nodes without contact.
+   !> Sets the blocks A^-1 B and A^-1 (B - B_rigid) of all nodes that may touch carried obstacles. They are zero for nodes without
+   !> contact.
    pure subroutine set_carried(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(system_t), intent(inout) :: system  !! in: with constraints and node axes
+      type(system_t), intent(inout) :: system  !! in: with constraints and node axes; out: with the blocks
       integer :: c, node
       do node = 1, size(problem%ties%follows)
          if (problem%ties%follows(node)) cycle
@@ -48,7 +50,7 @@ contains
       end do
    end subroutine set_carried
 
-   !> Sets the blocks of a node that touches a carried obstacle.
+   !> Sets the blocks of one node that touches a carried obstacle.
    pure subroutine set_blocks_of(problem, state, candidate, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -62,7 +64,7 @@ contains
          track = [n(2), -n(1)]
          rigid = rigid_motion(system%arm(:, candidate))
          push = matmul(n, rigid(1:2, :))
-         ! If a support fixes the rotation of the node, its gap depends on the rotation relative to the track (`lean`).
+         ! If a support fixes the rotation of the node, the gap depends on the node's rotation relative to the track (`lean`).
          if (fixed(3, node)) push = push - system%lean(node) * (rigid(3, :) + system%bend(candidate) * matmul(track, rigid(1:2, :)))
          motion = 0.0_wp
          k = second_contact(problem, state, system, candidate)
@@ -74,7 +76,7 @@ contains
                along = 0.0_wp
                along(i) = 1.0_wp / n(i)
             else if (k > 0) then
-               ! The gap to the other obstacle is unchanged, too.
+               ! The gap to the second obstacle does not change either.
                other = system%normal(:, k)
                along = [other(2), -other(1)] / (n(1) * other(2) - n(2) * other(1))
             end if
@@ -86,7 +88,7 @@ contains
          slip = motion - rigid
          if (problem%candidates%contact_span(candidate) > 0 .and. .not. fixed(3, node) .and. &
             & (problem%candidates%follows(candidate) .or. k == 0)) then
-            ! The node rotates with the direction of the track along which it slips.
+            ! The rotation of the node follows the direction of the track along which the node slides.
             slip(3, :) = -system%bend(candidate) * matmul(track, slip(1:2, :))
             motion(3, :) = slip(3, :) + rigid(3, :)
          end if
@@ -96,7 +98,8 @@ contains
       end associate
    end subroutine set_blocks_of
 
-   !> Second contact that eliminates an unknown of a candidate's node, with an obstacle of another carrier or of none; 0: none.
+   !> Second contact that eliminates an unknown of a candidate's node, with an obstacle of another carrier or of none; 0: there is
+   !> none.
    pure integer function second_contact(problem, state, system, candidate) result(second)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -112,7 +115,7 @@ contains
       second = 0
    end function second_contact
 
-   !> Transforms displacements and rotations of a node in global axes (rows) to its unknowns.
+   !> Transforms displacements and rotations of a node (rows, global axes) to the unknowns of the node.
    pure function in_unknowns(system, node, motion) result(x)
       type(system_t), intent(in) :: system
       integer, intent(in) :: node
@@ -127,12 +130,13 @@ contains
       end associate
    end function in_unknowns
 
-   !> Adds the loads on conforming elements to the forces on the nodes that carry their obstacles. Conforming elements have end
-   !> forces along the track only, whereas dead loads and pressures also act on the body as a whole.
+   !> Adds the loads on conforming elements to the forces on the carriers of their obstacles. Conforming elements have end forces
+   !> along the track only, whereas dead loads and pressures also act on the body as a whole.
    subroutine add_carried_loads(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(system_t), intent(inout) :: system  !! in: with the elements in residual, load and band; out: with `laid`
+      type(system_t), intent(inout) :: system !! in: residual, load and band contain the elements; out: with the loads on carriers,
+      !! and `laid`
       real(wp) :: force(3), rate(3)
       integer :: e, d, carrier
       do e = 1, size(system%laid, 3)
@@ -146,19 +150,19 @@ contains
       end do
    end subroutine add_carried_loads
 
-   !> Force and moment of the loads on a conforming element about the pivot of its obstacle, and their tangent, with the internal
-   !> residuals of the element eliminated: the stages move along the track with the ends of the element, with the load factor and
-   !> with the rotation of the obstacle.
+   !> Force and moment of the loads on a conforming element about the pivot of its obstacle, and their tangent. The internal
+   !> residuals of the element are eliminated: its stages move along the track with its ends, with the load factor, and with the
+   !> rotation of the obstacle.
    subroutine load_on_carrier(problem, state, system, e, load, force, rate, k)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
-      integer, intent(in) :: e                 !! conforming element on a carried obstacle
+      integer, intent(in) :: e                 !! index of a conforming element on a carried obstacle
       type(ge_load_t), intent(in) :: load
-      real(wp), intent(out) :: force(3), rate(3) !! force and moment, and their derivative by the load factor
-      real(wp), intent(out) :: k(9, 9)         !! minus the derivative of the force: by the unknowns of the carrier, and by those of
-      !! both nodes in their axes, relative to the obstacle; symmetric
-      type(lying_t) :: kept
+      real(wp), intent(out) :: force(3), rate(3) !! force and moment; their derivative by the load factor
+      real(wp), intent(out) :: k(9, 9) !! minus the derivative of the force by the unknowns of the carrier and of both nodes, in the
+      !! nodes' axes, relative to the obstacle; symmetric
+      type(conforming_state_t) :: kept
       type(track_t) :: track
       type(pose_t) :: pose
       real(wp) :: line(2), line_rate(2), arm(2), ends(2, 2), p, by_place, axes(3, 3), half(3, 3)
@@ -182,7 +186,7 @@ contains
                k(3, 3) = k(3, 3) + dot_product(arm, line) - by_place * along(3)
                k(3, [4, 5, 7, 8]) = k(3, [4, 5, 7, 8]) - by_place * along([1, 2, 4, 5])
             end associate
-            ! The positions of the stages are relative to the first end.
+            ! The positions of the stages are measured from the first end of the element.
             k(3, 4:5) = k(3, 4:5) - by_place * start_tangent()
          end do
          do i = 1, 2
@@ -208,7 +212,7 @@ contains
 
    contains
 
-      !> Direction of the track at the first node.
+      !> Unit vector along the track at the first node.
       pure function start_tangent() result(tangent)
          real(wp) :: tangent(2)
          associate (n => system%normal(:, problem%conforms(e)))
@@ -217,13 +221,13 @@ contains
       end function start_tangent
    end subroutine load_on_carrier
 
-   !> Adds the product of the loads' tangent and a vector x to y, and x^T times the product to `form`.
+   !> Adds the product of the loads' tangent with a vector x to y, and x^T times this product to `form`.
    pure subroutine apply_carried_loads(problem, system, laid, x, y, form)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: laid(:, :, :)    !! (9, 9, elements) from load_on_carrier
-      real(wp), intent(in) :: x(:)             !! (n)
-      real(wp), intent(inout) :: y(:), form    !! (n) and x^T y: the products are added
+      real(wp), intent(in) :: laid(:, :, :)    !! (9, 9, elements) tangents from load_on_carrier
+      real(wp), intent(in) :: x(:)             !! (n) node axes
+      real(wp), intent(inout) :: y(:), form    !! (n) products, and x^T y; in/out: this product is added
       integer :: e
       do e = 1, size(laid, 3)
          if (carried_by(problem, e) > 0) call apply_matrix(problem, system%slip_block, &
@@ -231,13 +235,13 @@ contains
       end do
    end subroutine apply_carried_loads
 
-   !> Adds the product of a matrix for some nodes, in their axes, and a vector x to y, and x^T times the product to `form`.
+   !> Adds the product of a matrix for some nodes, in the nodes' axes, with a vector x to y, and x^T times this product to `form`.
    pure subroutine apply_matrix(problem, block, nodes, matrix, x, y, form)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: block(:, :, :)   !! (3, 3, blocks) tie_block or slip_block
+      real(wp), intent(in) :: block(:, :, :)   !! (3, 3, blocks) system%tie_block or system%slip_block
       integer, intent(in) :: nodes(:)
-      real(wp), intent(in) :: matrix(:, :)     !! (3 nodes, 3 nodes)
-      real(wp), intent(in) :: x(:)             !! (n)
+      real(wp), intent(in) :: matrix(:, :)     !! (3 * number of nodes, the same) matrix in the nodes' axes
+      real(wp), intent(in) :: x(:)             !! (n) node axes
       real(wp), intent(inout) :: y(:), form
       real(wp) :: moved(3 * size(nodes)), force(3 * size(nodes))
       integer :: i
@@ -251,13 +255,13 @@ contains
       form = form + dot_product(moved, force)
    end subroutine apply_matrix
 
-   !> Adds to the band the matrix of a contact at its node; the matrix refers to displacements relative to the obstacle.
+   !> Adds to the band the matrix of a contact at its node. The matrix refers to displacements relative to the obstacle.
    subroutine add_at_contact(problem, system, candidate, matrix, pull, band)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: matrix(3, 3)     !! node axes
-      real(wp), intent(in) :: pull(2)          !! force of the obstacle on the node (contact_pull), or its rate; global axes
+      real(wp), intent(in) :: matrix(3, 3)     !! matrix of the contact, node axes
+      real(wp), intent(in) :: pull(2)          !! force of the obstacle on the node (contact_pull), or its derivative; global axes
       type(band_t), intent(inout) :: band
       associate (node => problem%candidates%node(candidate), &
          & carrier => problem%model%obstacle(problem%candidates%obstacle(candidate))%carrier)
@@ -270,14 +274,14 @@ contains
       end associate
    end subroutine add_at_contact
 
-   !> Adds the product of the matrix of a contact (add_at_contact) and a vector x to y, and x^T times the product to `form`.
+   !> Adds the product of the matrix of a contact (see add_at_contact) with a vector x to y, and x^T times this product to `form`.
    pure subroutine apply_at_contact(problem, system, candidate, matrix, pull, x, y, form)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: matrix(3, 3), pull(2) !! as in add_at_contact
-      real(wp), intent(in) :: x(:)             !! (n)
-      real(wp), intent(inout) :: y(:), form    !! (n) and x^T y: the products are added
+      real(wp), intent(in) :: matrix(3, 3), pull(2) !! matrix and force of the contact, see add_at_contact
+      real(wp), intent(in) :: x(:)             !! (n) node axes
+      real(wp), intent(inout) :: y(:), form    !! (n) products, and x^T y; in/out: this product is added
       associate (node => problem%candidates%node(candidate), &
          & carrier => problem%model%obstacle(problem%candidates%obstacle(candidate))%carrier)
          if (carrier > 0) then
@@ -289,7 +293,7 @@ contains
       end associate
    end subroutine apply_at_contact
 
-   !> Matrix of a contact at its node for the unknowns of the node and of the carrier; it includes the second variation of the
+   !> Matrix of a contact at its node for the unknowns of the node and of the carrier. It includes the second variation of the
    !> node's motion with the body.
    pure function turned_with(problem, system, candidate, matrix, pull) result(k)
       type(problem_t), intent(in) :: problem

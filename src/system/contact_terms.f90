@@ -7,7 +7,7 @@ module contact_terms
    use force_law, only: foundation_reaction
    use ground_marks, only: mark_spring
    use track_nodes, only: track_bend_rate, touchdown_spring, touchdown_couple
-   use active_coupling, only: set_active, coupled_answer, add_forces
+   use active_coupling, only: set_active, coupled_response, add_forces
    use tied_nodes, only: spread_force, add_matrix
    use system_type, only: system_t
    use node_axes, only: to_node, turn_pair, own_axes
@@ -19,12 +19,12 @@ module contact_terms
 
 contains
 
-   !> Reaction and stiffness of a foundation at its gap; for an open candidate the stiffness is that at first contact.
+   !> Sets reaction and stiffness of a foundation at its present gap. For an open candidate the stiffness is that at first contact.
    pure subroutine set_foundation(problem, state, candidate, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      type(system_t), intent(inout) :: system  !! in: with the candidate's gap
+      type(system_t), intent(inout) :: system  !! in: contains the candidate's gap
       real(wp) :: penetration, share
       associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(candidate)), push => system%push(candidate), &
          & spring => system%spring(candidate))
@@ -41,22 +41,22 @@ contains
       end associate
    end subroutine set_foundation
 
-   !> Reactions of coupled ground at the present gaps, and the gaps of open candidates to the settled surface (openings).
+   !> Sets the reactions of coupled ground at the present gaps, and the openings (gaps of open candidates to the settled surface).
    subroutine set_coupling(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(system_t), intent(inout) :: system  !! in: with the gaps of all candidates
+      type(system_t), intent(inout) :: system  !! in: contains the gaps of all candidates
       real(wp) :: none(size(system%gap))
       system%opening = system%gap
       if (problem%coupling%n == 0) return
       none = 0.0_wp
       call set_active(problem%coupling, state%active, system%coupling)
-      call coupled_answer(problem%coupling, system%coupling, none, system%opening, system%push)
+      call coupled_response(problem%coupling, system%coupling, none, system%opening, system%push)
    end subroutine set_coupling
 
    !> Adds foundations and the geometric stiffness of curved obstacles. The displacement of a moving obstacle has the effect of the
-   !> opposite displacement of its contact nodes; a closing gap has that of a displacement of the nodes against a constant normal.
-   !> Carried obstacles are rigid and have neither.
+   !> opposite displacement of its contact nodes. A gap that closes has the effect of a displacement of the nodes against a constant
+   !> normal. Carried obstacles are rigid; they have neither.
    subroutine add_contact(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -69,7 +69,8 @@ contains
             d = dof(problem, node, 1)
             call contact_tangent(problem, state, system, c, force, k)
             if (system%soft(c)) call spread_force(problem, system%tie_block, node, -[force, 0.0_wp], system%residual)
-            ! If the contact force acts beside the node (`lean`), the third unknown already contains the offset of the force.
+            ! If the contact force acts beside the node (`lean`), the third unknown already contains the distance of the force from
+            ! the node.
             if (problem%candidates%contact_span(c) > 0 .and. .not. problem%candidates%follows(c) .and. &
                & (problem%candidates%moves(c) .or. .not. system%turned(node))) then
                system%residual(d + 2) = system%residual(d + 2) + touchdown_couple(problem, state, c)
@@ -90,7 +91,7 @@ contains
       call place_coupling(problem, system)
    end subroutine add_contact
 
-   !> Adds the forces of interface points that are not at their equilibrium positions. These forces are not physical: the stored
+   !> Adds the forces of interface points that are not at their equilibrium positions. These forces are not physical, and the stored
    !> section forces do not contain them.
    subroutine add_marks(problem, state, system)
       type(problem_t), intent(in) :: problem
@@ -114,11 +115,12 @@ contains
       end do
    end subroutine add_marks
 
-   !> Sets unknowns and directions of coupled ground, and adds those loads of its motion that the band does not contain.
+   !> Sets unknowns and directions of coupled ground, and adds those loads caused by its motion that the band matrix does not
+   !> contain.
    subroutine place_coupling(problem, system)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(inout) :: system
-      real(wp) :: away(system%coupling%n)      ! decrease of the gap per unit of load factor
+      real(wp) :: away(system%coupling%n)      ! (coupled candidates) decrease of the gap by the load factor
       integer :: i, c, node
       do i = 1, system%coupling%n
          c = system%coupling%candidate(i)
@@ -131,14 +133,14 @@ contains
       if (any(abs(away) > 0.0_wp)) call add_forces(system%coupling, -matmul(system%coupling%excess, away), system%load)
    end subroutine place_coupling
 
-   !> Force of an active contact on its node, and its tangent: stiffness of the foundation, curvature of the obstacle under the
-   !> reaction, and rotational stiffness of a rolling point contact (touchdown_spring).
+   !> Force of an active contact on its node, and the tangent of this force: stiffness of the foundation, curvature of the obstacle
+   !> under the reaction, and rotational stiffness of a point contact that rolls (touchdown_spring).
    pure subroutine contact_tangent(problem, state, system, candidate, force, k)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system     !! gaps and normals of the state
+      type(system_t), intent(in) :: system     !! contains gaps and normals of the state
       integer, intent(in) :: candidate
-      real(wp), intent(out) :: force(2), k(3, 3) !! node axes
+      real(wp), intent(out) :: force(2), k(3, 3) !! force and tangent, node axes
       real(wp) :: n(2), t(2), r, kn
       integer :: d
       n = system%normal(:, candidate)
@@ -157,14 +159,14 @@ contains
       if (.not. problem%candidates%follows(candidate)) k(3, 3) = touchdown_spring(problem, state, candidate)
       associate (node => problem%candidates%node(candidate))
          if (.not. system%turned(node)) return
-         ! On a track of variable curvature the node's rotation is a nonlinear function of the displacement.
+         ! If the curvature of the track varies, the node's rotation is a nonlinear function of its displacement.
          d = dof(problem, node, 3)
          k(1, 1) = k(1, 1) + system%residual(d) * track_bend_rate(problem, state, candidate)
       end associate
    end subroutine contact_tangent
 
-   !> Force of a contact on its node. At the end of a line contact this is the force that balances the free element; the obstacle's
-   !> force inside the line contact belongs to the conforming elements.
+   !> Force of a contact on its node. At the end of a line contact it is the force that balances the free element; the force of the
+   !> obstacle inside the line contact belongs to the conforming elements.
    pure real(wp) function node_reaction(problem, state, system, candidate) result(reaction)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -175,19 +177,19 @@ contains
          & reaction = contact_reaction(system, candidate, system%residual)
    end function node_reaction
 
-   !> Force of a rigid obstacle, and of the conforming elements on it, on the node of a contact; global axes.
+   !> Force that a rigid obstacle, and the conforming elements on it, exert on the node of a contact; global axes.
    pure function contact_pull(problem, system, candidate, reaction, couple, ends) result(pull)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: reaction         !! node_reaction, or its rate
-      real(wp), intent(in) :: couple           !! force on the node's third unknown, or its rate
-      real(wp), intent(in) :: ends(:, :)       !! (6, elements) end forces in node axes, or their rate
+      real(wp), intent(in) :: reaction         !! reaction from node_reaction, or its derivative
+      real(wp), intent(in) :: couple           !! force on the node's third unknown, or its derivative
+      real(wp), intent(in) :: ends(:, :)       !! (6, elements) end forces in node axes, or their derivatives
       real(wp) :: pull(2), along(2), axes(3, 3)
       integer :: side
       along = 0.0_wp
       associate (list => problem%candidates, node => problem%candidates%node(candidate), n => system%normal(:, candidate))
-         ! The first unknown of the node also rotates it (`roll`), the third also displaces it along the normal (`lean`).
+         ! The first unknown of the node also rotates it (`roll`); the third unknown also displaces it along the normal (`lean`).
          pull = reaction * n - system%roll(node) * (couple - system%lean(node) * reaction) * [n(2), -n(1)]
          do side = 1, 2
             associate (e => list%element(side, candidate))

@@ -1,5 +1,5 @@
-!> Quantities of a state at the deck's nodes. The deck refers to these nodes as fixed material points; the mesh may have other
-!> nodes, and its nodes may move along the rods.
+!> Quantities of a state at the nodes of the deck. The deck means fixed material points by these nodes. The mesh may have other
+!> nodes, which may move along the rods.
 module deck_nodes
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap, carried_by
@@ -8,7 +8,7 @@ module deck_nodes
    use obstacle_pose, only: pose_t, rigid_motion
    use linear_system, only: system_t, to_global
    use state_transfer, only: find_point, kept_t, point_displacement
-   use conforming_span, only: lying_t, conforming_displacement
+   use conforming_span, only: conforming_state_t, conforming_displacement
    use section_forces, only: local_forces, inner_local_forces
    use rod_profile, only: profile_t, new_profile, keep_profile, profile_rate, profile_place
    use node_axes, only: relative_increments
@@ -19,15 +19,15 @@ module deck_nodes
 
 contains
 
-   !> Position of a deck's node on the mesh.
+   !> Finds the position on the mesh of a node of the deck.
    pure subroutine find_node(problem, state, node, mesh_node, e, tau, near)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: node               !! deck's node
-      integer, intent(out) :: mesh_node         !! mesh node at the same material point, 0: none
-      integer, intent(out) :: e                 !! element that contains the point in its interior, 0: none
-      real(wp), intent(out) :: tau              !! position in the element, 0 to 1
-      integer, intent(inout), optional :: near  !! see find_point
+      integer, intent(in) :: node               !! node of the deck
+      integer, intent(out) :: mesh_node         !! mesh node at the same material point; 0: none
+      integer, intent(out) :: e                 !! element that contains the point in its interior; 0: none
+      real(wp), intent(out) :: tau              !! place in this element, 0 to 1
+      integer, intent(inout), optional :: near  !! index with which the search starts, see find_point
       e = 0
       tau = 0.0_wp
       mesh_node = problem%mesh_node(node)
@@ -38,7 +38,7 @@ contains
       e = 0
    end subroutine find_node
 
-   !> Displacements and rotation of the deck's nodes relative to their stress-free positions in the problem.
+   !> Displacements and rotations of nodes of the deck, relative to their stress-free positions in the problem.
    pure function deck_displacements(problem, state, nodes) result(u)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -58,8 +58,8 @@ contains
       end do
    end function deck_displacements
 
-   !> (N, Q, M) at both ends of every element of the deck, on the element's side of each end, as in local_forces; a contact force
-   !> acts at the present place of its node.
+   !> Section forces (N, Q, M) at both ends of every element of the deck, on the element's side of each end, as from local_forces. A
+   !> contact force acts at the present position of its node.
    function deck_section_forces(problem, state) result(local)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -67,7 +67,8 @@ contains
       integer, dimension(2 * problem%deck%mesh%n_elements) :: holder
       real(wp) :: tau(size(holder)), forces(3, size(holder)), ends(3, 2), there
       integer :: place(2, size(local, 3)), e, side, n, i, last, element, near
-      ! The ends in the order of the deck: neighbours share a place, and many are in one element of the mesh.
+      ! The ends are processed in the order of the deck: neighbouring elements share a position, and many are in one element of the
+      ! mesh.
       n = 0
       near = 0
       do e = 1, size(place, 2)
@@ -75,7 +76,7 @@ contains
             call find_point(problem, state, problem%layout%rod_segment_of(e), problem%deck%mesh%s(side, e) + &
                & problem%layout%origin(e), element, there, near)
             if (side == 2 .and. there <= 0.0_wp) then
-               ! At a mesh node the element that ends at this node is used.
+               ! At a mesh node the element that ends there is used.
                element = problem%beside(1, problem%model%mesh%node(1, element))
                there = 1.0_wp
             end if
@@ -112,12 +113,12 @@ contains
       end do
    end function deck_section_forces
 
-   !> Gaps and deformed positions of the deck's nodes of a contact.
+   !> Computes gaps and deformed positions at the deck's nodes of a contact.
    pure subroutine deck_contact_gaps(problem, state, contact, gap, place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact            !! index into model%contact
-      real(wp), intent(out) :: gap(:)           !! (nodes of the contact in the deck)
+      real(wp), intent(out) :: gap(:)           !! (nodes of the contact in the deck) gaps
       real(wp), intent(out) :: place(:, :)      !! (2, nodes of the contact in the deck) deformed positions
       real(wp) :: u(3, size(gap)), at_home, home_offset, later, normal(2), bend
       type(pose_t) :: pose
@@ -125,7 +126,7 @@ contains
       associate (list => problem%deck%contact(contact), o => problem%deck%contact(contact)%obstacle, kept => problem%constant, &
          & overlap => problem%overlap(contact), load => problem%model%step(problem%step)%load)
          pose = pose_of(problem, state, o)
-         ! Part of candidate_offset that the deck does not give as `gap`.
+         ! The part of candidate_offset that is not the parameter GAP of the deck.
          later = overlap * (1.0_wp - kept%resolved(o)) - kept%closing(o) - &
             & state%load_factor * (load%closing(o) + load%resolved(o) * overlap)
          u = deck_displacements(problem, state, list%node)
@@ -144,7 +145,7 @@ contains
       end associate
    end subroutine deck_contact_gaps
 
-   !> Change of displacements and rotation of all nodes of the deck by an increment of the unknowns.
+   !> Derivatives of displacements and rotations of all nodes of the deck, for an increment of the unknowns and of the load factor.
    function deck_node_rates(problem, state, system, x, y) result(rate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -173,7 +174,7 @@ contains
          call place_rate(problem, state, e, tau, profile, du, matmul(system%op(:z, :6, e), du) + &
             & y * system%op(:z, 8, e), y, rate(:, node))
          if (carried_by(problem, e) == 0) cycle
-         ! A position in a conforming element moves with its obstacle.
+         ! A point inside a conforming element moves with the obstacle of the element.
          pose = pose_of(problem, state, problem%candidates%obstacle(problem%conforms(e)))
          carried = to_global(problem, system, x, carried_by(problem, e))
          rate(:, node) = rate(:, node) + matmul(rigid_motion(pose%arm(profile_place(problem, &
@@ -181,42 +182,42 @@ contains
       end do
    end function deck_node_rates
 
-   !> Part of the displacement change by which the element's own defects are eliminated.
+   !> Part of the displacement change that eliminates the element's own defects.
    pure subroutine place_defect(problem, state, system, e, tau, profile, defect)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled at `state`
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau               !! 0 to 1
-      type(profile_t), intent(inout) :: profile !! kept for the next point, see keep_profile
+      real(wp), intent(in) :: tau               !! place in the element, 0 to 1
+      type(profile_t), intent(inout) :: profile !! profile of the element used last, see keep_profile
       real(wp), intent(out) :: defect(3)
       real(wp) :: none(6)
       none = 0.0_wp
       call place_rate(problem, state, e, tau, profile, none, system%op(:problem%z_size(e), 7, e), 0.0_wp, defect)
    end subroutine place_defect
 
-   !> Change of displacement and rotation at a position in an element for fixed stress-free geometry.
+   !> Change of displacement and rotation at a place in an element, with fixed stress-free geometry.
    pure subroutine place_rate(problem, state, e, tau, profile, du, dz, load_change, rate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau               !! position in the element, 0 to 1
-      type(profile_t), intent(inout) :: profile !! kept for the next point, see keep_profile
-      real(wp), intent(in) :: du(6)             !! changes of the nodes' displacements; of an element on a carried obstacle
+      real(wp), intent(in) :: tau               !! place in the element, 0 to 1
+      type(profile_t), intent(inout) :: profile !! profile of the element used last, see keep_profile
+      real(wp), intent(in) :: du(6) !! changes of the nodes' displacements; for an element on a carried obstacle those from
       !! relative_increments
       real(wp), intent(in) :: dz(:)             !! (z_size) changes of the stored unknowns
       real(wp), intent(in) :: load_change       !! change of the load factor
-      real(wp), intent(out) :: rate(3)          !! global axes
+      real(wp), intent(out) :: rate(3)          !! change of displacement (x, y) and rotation, global axes
       real(wp) :: step, moved(3, 2), part
       type(state_t) :: beside
-      type(lying_t) :: kept
+      type(conforming_state_t) :: kept
       integer :: way, i
       if (problem%conforms(e) == 0) then
          call keep_profile(problem, state, e, profile)
          rate = profile_rate(problem, state, profile, tau, du, dz, load_change)
          return
       end if
-      ! Conforming element: central difference. Its step, relative to the element's length or to its forces and loads, balances
+      ! For a conforming element: central difference. Its step, over the element's length or over its forces and loads, balances
       ! truncation and rounding errors.
       step = epsilon(step)**(1.0_wp / 3.0_wp)
       part = max(maxval(abs(du([1, 2, 4, 5]))), maxval(abs(dz(size(dz) - problem%model%mesh%stages(e) + 1:))))
@@ -231,7 +232,7 @@ contains
          end do
          beside%z(:size(dz), e) = state%z(:size(dz), e) + part * dz
          beside%load_factor = state%load_factor + part * load_change
-         kept = lying_t()
+         kept = conforming_state_t()
          call conforming_displacement(problem, beside, e, tau, kept, moved(:, way))
       end do
       rate = (moved(:, 2) - moved(:, 1)) / (2.0_wp * step)

@@ -1,4 +1,4 @@
-!> Products of the sum of element matrices with a vector, more accurate than products with the assembled band.
+!> Products of the sum of element matrices with a vector. They are more accurate than products with the assembled band matrix.
 module element_products
    use kinds, only: wp
    use problem, only: problem_t
@@ -10,17 +10,18 @@ module element_products
 
 contains
 
-   !> Product of element matrices k with x, and x^T k x, after subtraction of the translation of each element. EA/h and EI/h^3 (h:
-   !> element length) are then multiplied by the rounding errors of small differences. Those of the displacements themselves would
-   !> exceed small eigenvalues of stiff rods. The translations are subtracted in the follower pressure's part as well; the symmetric
-   !> part of the pressure stiffness then needs a correction by half of its skew part.
+   !> Product of the element matrices k with x, and x^T k x, after the translation of each element has been subtracted. EA/h and
+   !> EI/h^3 (h: element length) are then multiplied by the rounding errors of small differences. The rounding errors of the
+   !> displacements themselves would exceed small eigenvalues of stiff rods. The translations are also subtracted in the part of the
+   !> follower pressure; the symmetric part of the pressure stiffness then needs a correction by half of its skew part.
    pure subroutine apply_elements(problem, system, k, shift, pressure, x, y, form)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system     !! provides the node axes
-      real(wp), intent(in) :: k(:, :, :)       !! (6, 6, elements) node axes, as after sum_elements
-      real(wp), intent(in) :: shift(:, :, :)   !! (6, 2, elements) k times unit translations, or (6, 2, 0): zero for all elements
-      real(wp), intent(in) :: pressure(:, :)   !! (2, elements) follower pressure in these matrices, at both ends
-      real(wp), intent(in) :: x(:)             !! (n) node axes
+      real(wp), intent(in) :: k(:, :, :)       !! (6, 6, elements) element matrices, node axes, as from sum_elements
+      real(wp), intent(in) :: shift(:, :, :) !! (6, 2, elements) k times a unit translation in x and in y; or (6, 2, 0): zero for
+      !! all elements
+      real(wp), intent(in) :: pressure(:, :)   !! (2, elements) follower pressure contained in the matrices, at both ends
+      real(wp), intent(in) :: x(:)             !! (n) vector, node axes
       real(wp), intent(out) :: y(:)            !! (n) product
       real(wp), intent(out) :: form            !! x^T y
       real(wp) :: relative(6), force(6), held(6), moved(2), u(3), stretch(3), pair(2)
@@ -34,7 +35,7 @@ contains
          force = matmul(k(:, :, e), relative)
          form = form + dot_product(relative, force)
          if (size(shift, 3) > 0 .and. problem%conforms(e) == 0) then
-            ! Force of a foundation against translation of the element.
+            ! Force of a foundation that resists the translation of the element.
             held = matmul(shift(:, :, e), u(1:2))
             force = force + held
             form = form + 2.0_wp * dot_product(relative, held)
@@ -57,17 +58,17 @@ contains
       end do
    end subroutine apply_elements
 
-   !> Displacements of an element's nodes, minus the translation of its first node.
+   !> Displacements of an element's nodes minus the translation of its first node.
    pure function element_deformation(problem, system, e, x) result(relative)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       integer, intent(in) :: e
-      real(wp), intent(in) :: x(:)             !! (n) node axes
+      real(wp), intent(in) :: x(:)             !! (n) unknowns, node axes
       real(wp) :: relative(6)
       real(wp) :: moved(2), u(3), turn
       integer :: i, node(2)
       relative = element_unknowns(problem, system, x, e)
-      ! Conforming elements have a stiffness against every translation.
+      ! Nothing is subtracted for conforming elements, which resist every translation.
       if (problem%conforms(e) > 0) return
       node = problem%model%mesh%node(:, e)
       u = to_global(problem, system, x, node(1))

@@ -1,4 +1,5 @@
-!> Unknowns that supports, ties and rigid contacts eliminate, their prescribed increments, and the node axes that they require.
+!> Unknowns that supports, ties and rigid contacts eliminate, the prescribed increments of these unknowns, and the node axes for
+!> which one unknown at a time can be eliminated.
 module eliminated_unknowns
    use kinds, only: wp, parallel
    use problem, only: problem_t, dof
@@ -12,7 +13,7 @@ module eliminated_unknowns
 
 contains
 
-   !> Sets the eliminated unknowns, their increments and the axes of the nodes.
+   !> Sets the eliminated unknowns, their prescribed increments and the axes of the nodes.
    subroutine set_constraints(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -52,14 +53,14 @@ contains
             node = problem%candidates%node(c)
             if (problem%candidates%contact_span(c) > 0) then
                if (.not. may_react(problem, c, system%normal(:, c))) then
-                  ! A support already fixes the node of the line contact.
+                  ! A support already fixes the node of the line contact along the track.
                   call follow_track(c, node)
                   cycle
                end if
             end if
             if (first(node) > 0) then
-               ! At a corner between two obstacles the second contact fixes the node along the first obstacle; further contacts have
-               ! no unknown left to eliminate.
+               ! At a corner between two obstacles the second contact fixes the node along the first obstacle; for further contacts
+               ! no unknown of the node remains.
                system%slope(c) = dot_product(system%normal(:, c), system%axis(:, node))
                if (any(fixed(1:2, node)) .or. system%partner(first(node)) > 0 .or. abs(system%slope(c)) < parallel) cycle
                d = dof(problem, node, 1)
@@ -74,7 +75,7 @@ contains
                cycle
             end if
             first(node) = c
-            ! Given its supports, the node has one free direction in which the obstacle can act, or none.
+            ! Supports leave the node one direction in which the obstacle can act, or none.
             if (fixed(1, node)) then
                if (fixed(2, node)) cycle
                i = 2
@@ -106,8 +107,8 @@ contains
 
    contains
 
-      !> Makes the node's third unknown the rotation relative to the track of the contact span. Displacements of the obstacle along
-      !> its own track do not rotate the node.
+      !> Makes the third unknown of a node the rotation relative to the track of its contact span. Displacements of the obstacle
+      !> along its track do not rotate the node.
       subroutine follow_track(c, node)
          integer, intent(in) :: c, node
          real(wp) :: along
@@ -120,7 +121,8 @@ contains
          system%rate(d) = system%bend(c) * along
       end subroutine follow_track
 
-      !> Rotates a node, in the axes of another contact, with the track of a line contact whose other unknowns are eliminated.
+      !> A node in a corner has the axes of another contact: rotates it with the track of the line contact, whose other unknowns are
+      !> eliminated.
       subroutine turn_in_corner(c, node)
          integer, intent(in) :: c, node
          real(wp) :: track(2), moved(2), rate(2)
@@ -138,23 +140,23 @@ contains
    end subroutine set_constraints
 
    !> Reaction of an active rigid contact that balances given forces on the unknowns. At a corner between two obstacles the second
-   !> reaction balances the force along the first obstacle, and the first reaction the rest.
+   !> contact's reaction balances the force along the first obstacle, and the first contact's reaction the remaining force.
    pure real(wp) function contact_reaction(system, candidate, force) result(reaction)
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate         !! candidate with an eliminated unknown
-      real(wp), intent(in) :: force(:)         !! (n) node axes
+      real(wp), intent(in) :: force(:)         !! (n) forces, node axes
       integer :: p
       reaction = force(system%unknown(candidate)) / system%slope(candidate)
       p = system%partner(candidate)
       if (p > 0) reaction = reaction - corner_share(system, candidate) * force(system%unknown(p)) / system%slope(p)
    end function contact_reaction
 
-   !> Adds the derivatives of contact_reaction by the forces on the unknowns, times a factor.
+   !> Adds the derivatives of contact_reaction with respect to the forces on the unknowns, times a factor.
    pure subroutine reaction_weights(system, candidate, factor, weight)
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate         !! candidate with an eliminated unknown
-      real(wp), intent(in) :: factor           !! multiplies the derivatives
-      real(wp), intent(inout) :: weight(:)     !! (n) node axes
+      real(wp), intent(in) :: factor           !! factor of the derivatives
+      real(wp), intent(inout) :: weight(:)     !! (n) weights of the forces, node axes
       integer :: p
       p = system%partner(candidate)
       associate (own => weight(system%unknown(candidate)))
@@ -166,10 +168,10 @@ contains
       end associate
    end subroutine reaction_weights
 
-   !> Part of the second reaction at a corner that acts along the first normal.
+   !> Part of the second contact's reaction at a corner that acts along the normal of the first contact.
    pure real(wp) function corner_share(system, candidate) result(share)
       type(system_t), intent(in) :: system
-      integer, intent(in) :: candidate         !! candidate with a partner
+      integer, intent(in) :: candidate         !! candidate that has a partner (second contact at its node)
       share = dot_product(system%normal(:, candidate), system%normal(:, system%partner(candidate)))
    end function corner_share
 end module eliminated_unknowns

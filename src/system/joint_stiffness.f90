@@ -36,7 +36,7 @@ contains
       end do
    end subroutine add_joint_springs
 
-   !> Derivatives of a spring's elongation by the increments of its two nodes (node_unknowns).
+   !> Derivatives of a spring's elongation with respect to the increments of its two nodes (node_unknowns).
    pure function joint_row(system, spring) result(row)
       type(system_t), intent(in) :: system     !! provides the node axes
       type(joint_spring_t), intent(in) :: spring
@@ -54,7 +54,7 @@ contains
    pure subroutine set_swings(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(system_t), intent(inout) :: system  !! with the residual, which at a tied component is the tie force
+      type(system_t), intent(inout) :: system  !! contains the residual, which at a tied component is the force of the tie
       integer :: i
       do i = 1, size(system%swing)
          associate (tie => problem%model%tie(i))
@@ -67,7 +67,7 @@ contains
    pure subroutine add_swings(problem, system, swing, band)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: swing(:)         !! (ties) from set_swings
+      real(wp), intent(in) :: swing(:)         !! (ties) geometric stiffness from set_swings
       type(band_t), intent(inout) :: band
       real(wp) :: k(3, 3)
       integer :: i
@@ -80,15 +80,15 @@ contains
       end do
    end subroutine add_swings
 
-   !> Adds the products of springs between nodes, and of rigid links' geometric stiffness, with a vector.
+   !> Adds to y the products of springs between nodes, and of the geometric stiffness of rigid links, with a vector x.
    pure subroutine apply_joints(problem, system, swing, springs, x, y, form)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: swing(:)         !! (ties) from set_swings
-      logical, intent(in) :: springs           !! true: with the springs
-      real(wp), intent(in) :: x(:)             !! (n) node axes
-      real(wp), intent(inout) :: y(:)          !! (n) in/out: the products are added
-      real(wp), intent(inout) :: form          !! in/out: x^T times the products is added
+      real(wp), intent(in) :: swing(:)         !! (ties) geometric stiffness from set_swings
+      logical, intent(in) :: springs           !! true: springs are included; false: only rigid links
+      real(wp), intent(in) :: x(:)             !! (n) vector, node axes
+      real(wp), intent(inout) :: y(:)          !! (n) products; in/out: these products are added
+      real(wp), intent(inout) :: form          !! x^T y; in/out: x^T times these products is added
       real(wp) :: row(6), du(3), stretch
       integer :: i, j
       do i = 1, size(swing)

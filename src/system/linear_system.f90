@@ -1,7 +1,8 @@
-!> Equilibrium equations in a state, assembled with the present contact set.
+!> Equilibrium equations at a state, assembled with the present contact set.
 !>
-!> The parts have modules of their own, which this module re-exports: system_type the data, node_axes the axes of the unknowns,
-!> eliminated_unknowns the constraints, contact_terms, joint_stiffness and rigidity_maps their terms, residual_measure the residual.
+!> This module re-exports the modules of its parts: system_type has the data, node_axes the axes of the unknowns,
+!> eliminated_unknowns the constraints, contact_terms, joint_stiffness and rigidity_maps their terms, and residual_measure the
+!> residual.
 module linear_system
    use kinds, only: wp
    use problem, only: problem_t, carried_by
@@ -22,7 +23,7 @@ module linear_system
    use contact_terms, only: set_foundation, set_coupling, add_contact, add_marks, contact_tangent, contact_pull, node_reaction
    use joint_stiffness, only: add_joint_springs, set_swings, add_swings, apply_joints
    use rigidity_maps, only: set_rigidity
-   use rolling_rods, only: hold_rolling
+   use rolling_rods, only: constrain_rolling
    use residual_measure, only: measure_residual, worst_round_off
    use timing, only: timing_start, timing_stop, count_up, phase_elements, phase_assembly, counter_evaluated
    implicit none
@@ -33,7 +34,7 @@ module linear_system
 
 contains
 
-   !> Assembles the equations at `state`; `base` is the last converged configuration, the reference of UL2 elements.
+   !> Assembles the equations at `state`. `base` is the last converged configuration, to which UL2 elements refer.
    subroutine assemble(problem, state, base, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state, base
@@ -97,7 +98,7 @@ contains
       call add_contact(problem, state, system)
       call set_swings(problem, state, system)
       call add_swings(problem, system, system%swing, system%k)
-      call hold_rolling(problem, state, system)
+      call constrain_rolling(problem, state, system)
       call measure_residual(problem, state, system)
       system%defect_residual = max(worst(1), worst(2) / system%force_scale, worst(3) / problem%size)
       call add_marks(problem, state, system)
@@ -135,7 +136,7 @@ contains
          end do
       end subroutine add_node_pushes
 
-      !> Adds springs between nodes and fixed points, stress-free at the start.
+      !> Adds springs between nodes and fixed points. They are stress-free at the start.
       subroutine add_springs()
          integer :: node
          real(wp) :: force(3)
@@ -149,7 +150,7 @@ contains
       end subroutine add_springs
    end subroutine assemble
 
-   !> Sums the elements into the band and the residual.
+   !> Adds all elements to the band matrix and the residual.
    subroutine sum_elements(problem, system)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(inout) :: system
@@ -204,7 +205,7 @@ contains
       end do
    end subroutine sum_elements
 
-   !> Transforms the rows and columns from row `first` of an element to a node's axes.
+   !> Transforms to a node's axes the rows and columns of an element's matrix that begin at row `first`.
    pure subroutine turn_element(axis, roll, lean, first, k, f, raw, fl)
       real(wp), intent(in) :: axis(2), roll, lean
       integer, intent(in) :: first
@@ -224,7 +225,7 @@ contains
       end do
    end subroutine turn_element
 
-   !> Stiffness of a node's springs in the node's axes.
+   !> Stiffness of the springs at a node, in the node's axes.
    pure function spring_tangent(problem, system, node) result(k)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system     !! provides the node axes
@@ -238,7 +239,7 @@ contains
       call matrix_to_node(system, node, k)
    end function spring_tangent
 
-   !> Row i of the tangent, times x.
+   !> Row i of the tangent times x.
    pure real(wp) function row_times(system, i, x)
       type(system_t), intent(in) :: system
       integer, intent(in) :: i
@@ -247,11 +248,11 @@ contains
       if (system%coupling%n > 0) row_times = row_times - excess_row(system%coupling, i, x)
    end function row_times
 
-   !> Adds to `row` the rows of the tangent, each times its weight.
+   !> Adds to `row` the rows of the tangent, each of them times its weight.
    pure subroutine rows_times(system, weight, row)
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: weight(:)        !! (n) zero for most unknowns
-      real(wp), intent(inout) :: row(:)        !! (n)
+      real(wp), intent(in) :: weight(:)        !! (n) weights of the rows; zero for most unknowns
+      real(wp), intent(inout) :: row(:)        !! (n) sum of the weighted rows
       real(wp) :: form
       integer :: i
       do i = 1, system%n

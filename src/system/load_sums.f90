@@ -11,12 +11,12 @@ module load_sums
    private
    public :: step_load_sums
 
-   real(wp), parameter :: negligible = 1.0e-12_wp !! resultants below this fraction of the sum of absolute values are zero
+   real(wp), parameter :: negligible = 1.0e-12_wp !! a resultant below this part of the sum of absolute values counts as zero
 
 contains
 
-   !> Resultants for each step: force in x and y, and moment about the origin (anticlockwise), of the step's own loads at load
-   !> factor 1 on the stress-free structure, without thermal strains and without displacements prescribed by supports or obstacles.
+   !> Resultants for each step: force in x and y, and moment about the origin (> 0 anticlockwise) of the step's own loads at load
+   !> factor 1 on the stress-free structure. Thermal strains and prescribed displacements of supports or obstacles are not included.
    function step_load_sums(model) result(total)
       type(model_t), intent(in) :: model           !! model of the deck
       real(wp) :: total(3, size(model%step))
@@ -57,7 +57,7 @@ contains
 
    contains
 
-      !> Adds a force and couple at a node.
+      !> Adds a force and a couple at a node.
       subroutine add(at, f)
          integer, intent(in) :: at
          real(wp), intent(in) :: f(3)

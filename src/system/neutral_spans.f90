@@ -1,13 +1,13 @@
-!> Neutral free spans: spans that may shift along themselves, from a clamp to the end of a line contact on a straight wall parallel
-!> to the clamp.
+!> Neutral free spans: spans that may shift along themselves. They lie between a clamp and the end of a line contact on a straight
+!> wall parallel to the clamp.
 !>
 !> A uniform, straight rod without loads along the span has a first integral: EI k^2/2 + n.t is constant, with the curvature k, the
-!> force n in the section and the unit tangent t. At the end of the line contact k = 0 and t has the wall's direction. At the clamp
-!> t is the same, so that k^2 = 0 there as well, a double root. A shift of the whole curve along itself, u = t(s) - t(0) with the
-!> rotation k, then satisfies all supports to the first order, and the tangent matrix is singular at every load. The root is simple
+!> force n in the section and the unit tangent t. At the end of the line contact k = 0 and t has the direction of the wall. At the
+!> clamp t is the same, so that k^2 = 0 there as well, a double root. A shift of the whole curve along itself, u = t(s) - t(0) with
+!> the rotation k, then satisfies all supports to first order, and the tangent matrix is singular at every load. The root is simple
 !> if the equations require a zero couple at the clamp instead of a zero rotation: a clamp beside a neutral span is therefore
-!> replaced by a hinge. By the first integral the rod still has the clamp's direction there. The tangent of the hinged rod has one
-!> more negative eigenvalue than that of the clamped rod, apart from the null vector of the latter.
+!> replaced by a hinge. By the first integral the rod still has the direction of the clamp there. The tangent of the hinged rod has
+!> one more negative eigenvalue than that of the clamped rod, apart from the null vector of the clamped rod.
 module neutral_spans
    use kinds, only: wp
    use obstacle_types, only: obstacle_line
@@ -17,13 +17,14 @@ module neutral_spans
    private
    public :: free_clamps, exactly_parallel
 
-   real(wp), parameter :: exactly_parallel = 1.0e-12_wp !! sine of the angle up to which directions are parallel
+   real(wp), parameter :: exactly_parallel = 1.0e-12_wp !! sine of the angle between two directions up to which they count as
+   !! parallel
 
 contains
 
    !> Replaces all clamps beside neutral spans by hinges and records them in problem%hinge.
    subroutine free_clamps(problem)
-      type(problem_t), intent(inout) :: problem   !! problem with its contact spans
+      type(problem_t), intent(inout) :: problem   !! problem with its contact spans; out: with the hinges
       integer :: k, side, node, e
       do k = 1, size(problem%contact_span)
          if (.not. problem%contact_span(k)%line) cycle
@@ -43,7 +44,7 @@ contains
    !> True if there is only one free span, and no other contact, between an end of a contact span and the end of its rod segment.
    pure logical function last_of_its_segment(problem, k, side) result(last)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: k, side              !! index of the contact span; 1: before the span, 2: after the span
+      integer, intent(in) :: k, side              !! index of the contact span; side 1: before the span, 2: after the span
       integer :: next
       associate (contact_span => problem%contact_span(k))
          if (side == 1) last = contact_span%at(1) > 0.0_wp
@@ -58,7 +59,7 @@ contains
    !> a couple to it.
    pure logical function clamps(problem, node, side)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: node, side           !! 1: beginning of the rod, 2: its end
+      integer, intent(in) :: node, side           !! node at an end of a rod; side 1: beginning of the rod, 2: its end
       integer :: i
       clamps = problem%beside(side, node) == 0 .and. problem%model%fixed(3, node) .and. any(problem%model%fixed(1:2, node))
       do i = 1, size(problem%model%step)
@@ -68,8 +69,8 @@ contains
       end do
    end function clamps
 
-   !> True if the rod is straight, parallel to the straight obstacle of a contact span, and without loads on the rod segment that
-   !> would bend it.
+   !> True if the rod is straight and parallel to the straight obstacle of a contact span, and no load on the rod segment would bend
+   !> it.
    pure logical function runs_along(problem, k) result(along)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: k                    !! index of the contact span

@@ -1,4 +1,4 @@
-!> Transformations of vectors, forces and stiffnesses at nodes to the axes of the unknowns, and back.
+!> Transformations of vectors, forces and stiffness matrices at nodes from global axes to the axes of the unknowns, and back.
 module node_axes
    use kinds, only: wp
    use problem, only: problem_t, carried_by
@@ -11,36 +11,36 @@ module node_axes
 
 contains
 
-   !> Transforms a force and moment on a node, or coefficients of its displacements, to the node's axes.
+   !> Transforms a force and a moment on a node, or coefficients of its displacements, to the axes of the node.
    pure subroutine to_node(system, node, force)
       type(system_t), intent(in) :: system
       integer, intent(in) :: node
-      real(wp), intent(inout) :: force(3)      !! force and moment; in: global axes; out: node axes
+      real(wp), intent(inout) :: force(3)      !! force (x, y) and moment; in: global axes; out: node axes
       if (system%turned(node)) call turn_force(system%axis(:, node), system%roll(node), system%lean(node), force)
    end subroutine to_node
 
-   !> Force and moment on a node in its axes. The first unknown also rotates the node with the track (`roll`); the third also
-   !> displaces the node along the normal (`lean`).
+   !> Transforms a force and a moment on a node to the axes of the node. The first unknown also rotates the node with the track
+   !> (`roll`); the third unknown also displaces the node along the normal (`lean`).
    pure subroutine turn_force(axis, roll, lean, force)
-      real(wp), intent(in) :: axis(2), roll, lean !! as in system_t
-      real(wp), intent(inout) :: force(3)         !! in: global axes; out: node axes
+      real(wp), intent(in) :: axis(2), roll, lean !! first axis of the node; couplings of its unknowns, see system_t
+      real(wp), intent(inout) :: force(3)         !! force (x, y) and moment; in: global axes; out: node axes
       call turn_pair(axis, force(1:2))
       force(1) = force(1) + roll * force(3)
       force(3) = force(3) + lean * force(2)
    end subroutine turn_force
 
-   !> Components of a vector along `axis` and along its left normal.
+   !> Components of a vector along a unit vector and along the normal to its left.
    pure subroutine turn_pair(axis, v)
       real(wp), intent(in) :: axis(2) !! unit vector
-      real(wp), intent(inout) :: v(2) !! in: global axes; out: along axis and normal
+      real(wp), intent(inout) :: v(2) !! vector; in: global axes; out: components along axis and normal
       v = [axis(1) * v(1) + axis(2) * v(2), axis(1) * v(2) - axis(2) * v(1)]
    end subroutine turn_pair
 
-   !> Transforms a stiffness at a node to the node's axes.
+   !> Transforms a stiffness matrix at a node to the axes of the node.
    pure subroutine matrix_to_node(system, node, k)
       type(system_t), intent(in) :: system
       integer, intent(in) :: node
-      real(wp), intent(inout) :: k(3, 3) !! in: global axes; out: node axes
+      real(wp), intent(inout) :: k(3, 3) !! stiffness matrix; in: global axes; out: node axes
       integer :: i
       do i = 1, 3
          call to_node(system, node, k(:, i))
@@ -50,7 +50,7 @@ contains
       end do
    end subroutine matrix_to_node
 
-   !> Matrix from a node's unknowns to its displacements and rotation, global axes.
+   !> Matrix that transforms the unknowns of a node to its displacements and rotation in global axes.
    pure function own_axes(system, node) result(matrix)
       type(system_t), intent(in) :: system
       integer, intent(in) :: node
@@ -65,11 +65,11 @@ contains
       end associate
    end function own_axes
 
-   !> Increments of an element's nodes in node axes, relative to the obstacle for an element on a carried obstacle.
+   !> Increments of an element's nodes in node axes. For an element on a carried obstacle they are relative to the obstacle.
    pure function element_unknowns(problem, system, x, e) result(local)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: x(:)             !! (n) unknowns
+      real(wp), intent(in) :: x(:)             !! (n) increments of the unknowns, node axes
       integer, intent(in) :: e
       real(wp) :: local(6)
       integer :: i
@@ -84,12 +84,12 @@ contains
       end do
    end function element_unknowns
 
-   !> Increments, relative to the obstacle and in global axes, of the nodes of an element on a carried obstacle. The third entry of
-   !> the first node is the rotation of the obstacle, that of the second node is zero (evaluate_conforming).
+   !> Increments of the nodes of an element on a carried obstacle, relative to the obstacle and in global axes. The third entry of
+   !> the first node is the rotation of the obstacle, that of the second node is zero (see evaluate_conforming).
    pure function relative_increments(problem, system, x, e) result(du)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: x(:)             !! (n) unknowns
+      real(wp), intent(in) :: x(:)             !! (n) increments of the unknowns, node axes
       integer, intent(in) :: e
       real(wp) :: du(6)
       real(wp) :: own(6), axes(3, 3)
@@ -110,7 +110,7 @@ contains
       type(system_t), intent(in) :: system
       integer, intent(in) :: e
       real(wp), intent(in) :: force(6)
-      real(wp), intent(inout) :: vector(:)     !! (n)
+      real(wp), intent(inout) :: vector(:)     !! (n) forces on the unknowns
       integer :: i
       do i = 1, 2
          associate (node => problem%model%mesh%node(i, e))
@@ -127,7 +127,7 @@ contains
    pure function to_global(problem, system, x, node) result(du)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: x(:) !! (n) unknowns
+      real(wp), intent(in) :: x(:) !! (n) increments of the unknowns, node axes
       integer, intent(in) :: node
       real(wp) :: du(3)
       real(wp) :: own(3), normal

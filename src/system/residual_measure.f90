@@ -1,4 +1,4 @@
-!> Residual of the equilibrium equations in a state, and the part of it that may be rounding.
+!> Residual of the equilibrium equations at a state, and the part of it that may be rounding.
 module residual_measure
    use kinds, only: wp
    use problem, only: problem_t, moments_as_forces
@@ -17,7 +17,8 @@ module residual_measure
 
 contains
 
-   !> Residual of the free unknowns from the stored end forces, relative to the largest force, or moment over size.
+   !> Measures the residual of the free unknowns, computed from the stored end forces: over the largest force; for moments over the
+   !> largest force times the structure's size.
    subroutine measure_residual(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -46,7 +47,7 @@ contains
                & merge(problem%size, 1.0_wp, spring%component == 3))
          end associate
       end do
-      ! Loads of several steps may cancel; their sum has the rounding error of each.
+      ! Loads of several steps may cancel; their sum has the rounding errors of all of them.
       associate (rate => problem%model%step(problem%step)%load)
          scale = max(scale, maxval(abs(problem%constant%node_force(1:2, :))), &
             & abs(state%load_factor) * maxval(abs(rate%node_force(1:2, :))))
@@ -56,7 +57,7 @@ contains
          scale = max(scale, norm2(push(i)%force(1:2)))
       end do
       if (problem%has_spans()) then
-         ! An obstacle may balance a load without any section force.
+         ! An obstacle may balance a load without any section force in the rods.
          carried = 0.0_wp
          do e = 1, problem%model%mesh%n_elements
             if (problem%conforms(e) == 0) cycle
@@ -66,7 +67,7 @@ contains
          scale = max(scale, carried)
       end if
       if (any(problem%ground%founded)) then
-         ! A foundation may balance a load without any section force.
+         ! A foundation may balance a load without any section force in the rods.
          do e = 1, problem%model%mesh%n_elements
             load = element_load(problem, state, e)
             scale = max(scale, maxval(largest_line(load)) * state%geometry%element(e)%length)
@@ -74,8 +75,8 @@ contains
       end if
       worst = maxval(abs(merge(0.0_wp, moments_as_forces(problem, system%raw), system%fixed)))
       system%force_scale = scale
-      ! UL2 elements compute N from displacements, foundations their reaction from a gap: its error is their rounding times the
-      ! stiffness.
+      ! UL2 elements compute N from displacements, and foundations their reaction from a gap. The rounding error of the force is
+      ! that of the displacement or gap, times the stiffness.
       moved = max(maxval(abs(state%u(1:2, :))), maxval(abs(state%u(3, :))) * problem%size)
       system%gap_error = 2.0_wp * epsilon(noise) * merge(moved, problem%size, problem%resting)
       noise = maxval([problem%ground%stiffest, system%spring]) * merge(moved, problem%size, problem%resting)

@@ -1,4 +1,4 @@
-!> Linear maps of inextensible elements for the correction in axial_rigidity.
+!> Linear maps of inextensible elements, with which axial_rigidity corrects solutions.
 module rigidity_maps
    use kinds, only: wp
    use problem, only: problem_t, carried_by
@@ -14,8 +14,8 @@ module rigidity_maps
 
 contains
 
-   !> Computes the maps from the elements' tangents in node axes. The artificial extension is caused by the force at the first end
-   !> of a free element, and by the force along the track at the second end of a conforming element.
+   !> Computes the maps from the elements' tangents in node axes. In a free element the artificial extension is caused by the force
+   !> at its first end, in a conforming element by the force along the track at its second end.
    subroutine set_rigidity(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -44,14 +44,14 @@ contains
                rigidity%load(:, i) = system%op(1:2, 8, e)
             end if
             do j = 1, 2
-               ! The index before the first tie stands for the node's own unknowns.
+               ! The index before that of the first tie stands for the node's own unknowns.
                do b = ties%first(nodes(j)) - merge(0, 1, ties%follows(nodes(j))), ties%first(nodes(j) + 1) - 1
                   part = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
                   if (b >= ties%first(nodes(j))) part = system%tie_block(:, :, b)
                   if (b >= ties%first(nodes(j)) .and. carried_by(problem, e) > 0) part = system%slip_block(:, :, b)
                   rigidity%push(:, n:n + 2) = matmul(transpose(matmul(system%ek(3 * j - 2:3 * j, 4:5, e), axes)), part)
                   if (on_track) then
-                     rigidity%force(:, n:n + 2) = rigidity%push(:, n:n + 2) ! both are the force at the second end
+                     rigidity%force(:, n:n + 2) = rigidity%push(:, n:n + 2) ! both are forces at the second end
                   else
                      rigidity%force(:, n:n + 2) = matmul(system%op(1:2, 3 * j - 2:3 * j, e), &
                         & matmul(own_axes(system, nodes(j)), part))
@@ -63,7 +63,7 @@ contains
       end do
    end subroutine set_rigidity
 
-   !> Artificial extension of an element outside contact per unit force at its first end: the artificial compliance acts along the
+   !> Artificial extension of an element outside contact for a unit force at its first end. The artificial compliance acts along the
    !> tangents of the rod at the element's Gauss points.
    pure function give_inside(problem, state, e) result(give)
       type(problem_t), intent(in) :: problem

@@ -1,14 +1,14 @@
-!> Closed rods that may roll along a straight wall, fixed only by a clamp inside a line contact.
+!> Closed rods that may roll along a straight wall and are fixed only by a clamp inside a line contact.
 !>
 !> Consider a uniform rod that lies on the wall on both sides of the clamp, with loads that are the same for all its material
-!> points. It may shift along itself: its free part keeps the shape while other material points touch the wall. The tangent has this
-!> null vector at every load, the loads do no work on it, and equilibrium does not determine how far the rod has rolled, until the
-!> clamp comes to an end of the contact. The program computes the path in the middle, with equal contact lengths before and after
-!> the clamp: a spring without force makes the tangent regular against rolling, and the rolling motion is removed from all
-!> solutions.
+!> points. It may shift along itself: its free part keeps the shape while other material points come into contact with the wall. At
+!> every load the tangent has this motion as a null vector, and the loads do no work on it. Equilibrium does not determine how far
+!> the rod has rolled, until the clamp is at an end of the contact. The program computes the path in the middle, with equal contact
+!> lengths before and after the clamp. A spring without force makes the tangent regular against rolling, and the rolling motion is
+!> removed from all solutions.
 !>
 !> EI k^2/2 + n.t (curvature k, force n in the section, unit tangent t) is constant along a rod without forces along it, also
-!> through smooth contacts. Across the clamp n.t changes by the clamp's force along the wall, which is zero if all obstacles are
+!> through smooth contacts. At the clamp n.t changes by the clamp's force along the wall, which is zero if all obstacles are
 !> parallel. The curvature of the rod is therefore equal on both sides of the clamp, whatever its shape elsewhere, and vanishes on
 !> both sides at the same load.
 module rolling_rods
@@ -24,13 +24,13 @@ module rolling_rods
    use band_matrix, only: solve_factored
    implicit none
    private
-   public :: find_rolling, hold_rolling, set_rolling, without_rolling
+   public :: find_rolling, constrain_rolling, set_rolling, without_rolling
 
-   real(wp), parameter :: smooth = parallel     !! [rad], relative: kinks and changes of curvature up to which a rod is smooth
+   real(wp), parameter :: smooth = parallel !! [rad], relative: kinks and changes of curvature up to which a rod counts as smooth
 
 contains
 
-   !> Finds the clamp about which the rod may roll, problem%rolling.
+   !> Finds the clamp about which the rod may roll, and stores it in problem%rolling.
    subroutine find_rolling(problem)
       type(problem_t), intent(inout) :: problem   !! problem with its contact spans and candidates
       integer :: c, node
@@ -43,15 +43,15 @@ contains
       if (.not. all(problem%model%fixed(:, node))) return
       c = findloc(problem%candidates%node == node .and. problem%candidates%contact_span > 0, .true., 1)
       if (c == 0) return
-      if (.not. sees_walls_only(problem, problem%candidates%obstacle(c))) return
-      if (is_alike_all_along(problem, way_along(problem, problem%candidates%obstacle(c)))) problem%rolling = node
+      if (.not. touches_walls_only(problem, problem%candidates%obstacle(c))) return
+      if (is_alike_all_along(problem, wall_direction(problem, problem%candidates%obstacle(c)))) problem%rolling = node
    end subroutine find_rolling
 
-   !> True for one closed, uniform rod without kinks and with the same loads on all its material points. Nodal forces on contact
-   !> nodes are allowed if they act normal to the walls.
+   !> True for a single closed rod that is uniform, without kinks, and has the same loads on all its material points. Nodal forces
+   !> on contact nodes are allowed if they act normal to the walls.
    pure logical function is_alike_all_along(problem, way) result(alike)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: way(2)              !! direction of the walls
+      real(wp), intent(in) :: way(2)              !! unit vector along the walls
       real(wp) :: angle(2)
       integer :: n, i, e(2)
       integer, allocatable :: of_rod(:)
@@ -91,7 +91,7 @@ contains
       end associate
    end function is_alike_all_along
 
-   !> Nodes of elements; all other nodes are bodies beside the rod that carry obstacles.
+   !> (nodes) true: the node belongs to an element; all other nodes are bodies beside the rod that carry obstacles.
    pure function rod_nodes(problem) result(node)
       type(problem_t), intent(in) :: problem
       integer, allocatable :: node(:)
@@ -99,8 +99,8 @@ contains
       node = pack([(n, n=1, size(problem%beside, 2))], any(problem%beside > 0, 1))
    end function rod_nodes
 
-   !> True if all obstacles in contact are parallel to one straight wall, and line loads act normal to it.
-   pure logical function sees_walls_only(problem, wall) result(only)
+   !> True if all obstacles in contact are parallel to one straight wall, and all line loads act normal to it.
+   pure logical function touches_walls_only(problem, wall) result(only)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: wall                 !! index into model%obstacle
       real(wp) :: d(2), other(2), q(2)
@@ -108,12 +108,12 @@ contains
       associate (model => problem%model)
          only = model%obstacle(wall)%kind == obstacle_line
          if (.not. only) return
-         d = way_along(problem, wall)
+         d = wall_direction(problem, wall)
          do k = 1, size(problem%contact_span)
             associate (obstacle => model%contact(problem%contact_span(k)%contact)%obstacle)
                only = only .and. model%obstacle(obstacle)%kind == obstacle_line
                if (.not. only) return
-               other = way_along(problem, obstacle)
+               other = wall_direction(problem, obstacle)
                only = abs(d(1) * other(2) - d(2) * other(1)) <= exactly_parallel
             end associate
          end do
@@ -123,20 +123,20 @@ contains
             only = only .and. abs(dot_product(d, q)) <= exactly_parallel * norm2(q)
          end do
       end associate
-   end function sees_walls_only
+   end function touches_walls_only
 
-   !> Direction of a straight obstacle.
-   pure function way_along(problem, wall) result(way)
+   !> Unit vector along a straight obstacle.
+   pure function wall_direction(problem, wall) result(way)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: wall                 !! index into model%obstacle, a line
+      integer, intent(in) :: wall                 !! index into model%obstacle of a straight obstacle
       real(wp) :: way(2)
       associate (point => problem%model%obstacle(wall)%point)
          way = (point(:, 2) - point(:, 1)) / norm2(point(:, 2) - point(:, 1))
       end associate
-   end function way_along
+   end function wall_direction
 
-   !> Nodes that must stay in contact while the rod rolls: the clamp, and nodes on which forces act.
-   pure function standing(problem) result(node)
+   !> Nodes that must stay in contact while the rod rolls: the clamp, and nodes at which forces act.
+   pure function fixed_contacts(problem) result(node)
       type(problem_t), intent(in) :: problem
       integer, allocatable :: node(:)
       integer, allocatable :: of_rod(:)
@@ -145,16 +145,16 @@ contains
       of_rod = rod_nodes(problem)
       loaded = [(any([(problem%model%step(i)%load%acts_at(of_rod(n)), i=1, size(problem%model%step))]), n=1, size(of_rod))]
       node = [problem%rolling, pack(of_rod, loaded .and. of_rod /= problem%rolling)]
-   end function standing
+   end function fixed_contacts
 
-   !> Length of the line contact on one side of the clamp or of a node with forces. Without a line contact there: minus the length
-   !> that the rod must roll until the relative curvature vanishes. 0 in the reduced problem without force-free contacts, in which
-   !> the relative curvature is zero without a line contact.
+   !> Length of the line contact on one side of the clamp, or of a node at which forces act. If there is no line contact: minus the
+   !> length by which the rod must roll until the relative curvature vanishes. 0 in the reduced problem without force-free contacts,
+   !> in which the relative curvature is zero without a line contact.
    real(wp) function lying(problem, state, node, side) result(length)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: node
-      integer, intent(in) :: side                 !! 1: before the node, 2: after the node
+      integer, intent(in) :: side                 !! side of the node, 1: before it, 2: after it
       real(wp) :: excess, extension, n(2), m, angle
       integer :: c, k, e
       length = 0.0_wp
@@ -177,20 +177,20 @@ contains
       end do
    end function lying
 
-   !> Curvature times structure's size below which rolling is undetermined. For a curvature k beside the clamp the stiffness against
-   !> rolling is k^2, in units of EI and the size. The residual then rolls the rod by tolerance/k^2. If k is below the third root of
-   !> the tolerance, this exceeds k, the distance to the point of zero curvature.
+   !> Curvature times structure's size below which rolling is undetermined. For a curvature k beside the clamp, the stiffness
+   !> against rolling is k^2 in units of EI and the size. The residual then rolls the rod by tolerance/k^2. If k is below the third
+   !> root of the tolerance, this distance exceeds k, the distance to the point of zero curvature.
    pure real(wp) function nearly_flat(problem)
       type(problem_t), intent(in) :: problem
       nearly_flat = problem%model%step(problem%step)%tolerance**(1.0_wp / 3.0_wp)
    end function nearly_flat
 
    !> Adds a spring against rolling at the unknown that rolling displaces most. If touchdown points are fixed at their material
-   !> points, this unknown is fixed instead; its force is zero at the equilibrium positions of the touchdown points.
-   subroutine hold_rolling(problem, state, system)
+   !> points, this unknown is fixed instead; its force is zero when the touchdown points are at their equilibrium positions.
+   subroutine constrain_rolling(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(system_t), intent(inout) :: system     !! assembled
+      type(system_t), intent(inout) :: system     !! in: assembled; out: with the spring
       real(wp) :: clamp(2), most, shift(3)
       real(wp), allocatable :: lies(:, :)
       integer, allocatable :: stands(:)
@@ -199,7 +199,7 @@ contains
       system%roll_range = 0.0_wp
       system%roll_row = 0.0_wp
       if (problem%rolling == 0) return
-      stands = standing(problem)
+      stands = fixed_contacts(problem)
       allocate (lies(2, size(stands)))
       do i = 1, size(stands)
          lies(:, i) = [(lying(problem, state, stands(i), side), side=1, 2)]
@@ -224,14 +224,14 @@ contains
       end do
       if (system%roll_at == 0) return
       if (any(problem%candidates%held)) then
-         ! Touchdown points fixed at their material points determine how far the rod has rolled: rolling is prevented.
+         ! Touchdown points fixed at their material points determine how far the rod has rolled: rolling is then prevented.
          system%fixed(system%roll_at) = .true.
          system%roll_at = 0
          return
       end if
       system%roll_by = 0.5_wp * (lies(2, 1) - lies(1, 1))
       system%roll_range = max(minval(lies), 0.0_wp)
-      ! The stiffness of the spring equals that of the node's elements.
+      ! The stiffness of the spring is that of the elements at the node.
       system%k%a(1, system%roll_at) = 2.0_wp * system%k%a(1, system%roll_at)
 
    contains
@@ -242,9 +242,9 @@ contains
          angle = state%geometry%element(e)%end_angle(side) + state%u(3, problem%model%mesh%node(side, e))
          t = [cos(angle), sin(angle)]
       end function tangent
-   end subroutine hold_rolling
+   end subroutine constrain_rolling
 
-   !> Rolling motion: the response to a force at the unknown with the spring.
+   !> Computes the rolling motion: the response to a force at the unknown that has the spring.
    subroutine set_rolling(system)
       type(system_t), intent(inout) :: system     !! factored
       real(wp) :: motion(system%n, 1)
@@ -258,7 +258,7 @@ contains
    !> Removes the rolling motion from the displacements of a solution.
    pure function without_rolling(system, x) result(rest)
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: x(:)                !! (n)
+      real(wp), intent(in) :: x(:)                !! (n) solution, node axes
       real(wp) :: rest(size(x))
       rest = x
       if (system%roll_at == 0) return

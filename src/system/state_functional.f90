@@ -1,10 +1,10 @@
-!> A number that is a function of the state, linearised at the state.
+!> A number that is a function of the state, linearised at a state (a functional).
 !>
-!> A functional has four uses. Its gradient is the row of a path constraint (set_path_row). Its rate along the path is the slope of
-!> a test function or a monitor. Its zero is located by an iteration on the bordered system. The solution of the transposed
+!> A functional has four uses. Its gradient is the row of a path constraint (set_path_row). Its derivative along the path is the
+!> slope of a test function or a monitor. Its zero is located by an iteration on the bordered system. The solution of the transposed
 !> equations for its gradient gives the elements' contributions to its error bar (error_contributions).
 !>
-!> Kinds, each with a function new_..._functional(problem, state, system, ...):
+!> Kinds of functionals. Each has a function new_..._functional(problem, state, system, ...):
 !> load                load factor (this module; linear_functional of bordered_system with other unknowns)
 !> displacement        displacement monitor, and displacement of a point inside an element (displacement_functional)
 !> reaction            sum of support reactions and spring forces (reaction_functional)
@@ -22,36 +22,38 @@ module state_functional
    private
    public :: functional_t, inner_place_t, section_place_t, new_functional, new_load_functional
 
-   !> A point inside an element whose displacements and rotation, given by the element's polynomial, enter a number.
+   !> A point inside an element on which a number depends through the displacements and rotation of the element's polynomial.
    type :: inner_place_t
       integer :: element = 0
-      real(wp) :: tau = 0.0_wp                   !! position in the element, 0 to 1
-      real(wp) :: weight(3) = 0.0_wp             !! derivatives of the number by displacements and rotation, global axes
+      real(wp) :: tau = 0.0_wp                   !! place in the element, 0 to 1
+      real(wp) :: weight(3) = 0.0_wp !! derivatives of the number with respect to displacements and rotation of the point, global
+      !! axes
    end type inner_place_t
 
-   !> A point inside an element whose section quantity enters a number (section_quantities).
+   !> A point inside an element on which a number depends through a section quantity (section_quantities).
    type :: section_place_t
       integer :: element = 0
-      real(wp) :: tau = 0.0_wp                   !! position in the element, 0 to 1
-      real(wp) :: s = 0.0_wp                     !! arc length along the monitor's elements
+      real(wp) :: tau = 0.0_wp                   !! place in the element, 0 to 1
+      real(wp) :: s = 0.0_wp                     !! arc length along the elements of the monitor
       integer :: quantity = 0
-      real(wp) :: sense(2) = 1.0_wp              !! signs of N and M in strain and stress; the first is that of N, Q or M itself
-      real(wp) :: factor = 1.0_wp                !! derivative of the number by the quantity
+      real(wp) :: sense(2) = 1.0_wp !! signs of N and M in strain and stress; for a section force the first entry is the sign of N,
+      !! Q or M
+      real(wp) :: factor = 1.0_wp                !! derivative of the number with respect to the section quantity
    end type section_place_t
 
-   !> A number, a function of the state, with its value and derivatives at the state.
+   !> A number that is a function of the state, with its value and derivatives at the state.
    type :: functional_t
-      logical :: estimated = .true. !! false: the number has errors besides the work of the element errors, so that it has no error
+      logical :: estimated = .true. !! false: the number has errors that are not the work of element errors, so that it has no error
       !! bar
-      real(wp) :: value = 0.0_wp                 !! value at the state
-      real(wp), allocatable :: by_unknown(:)     !! (unknowns) gradient, node axes
-      real(wp) :: by_load = 0.0_wp               !! derivative by the load factor at constant unknowns
+      real(wp) :: value = 0.0_wp                 !! value of the number at the state
+      real(wp), allocatable :: by_unknown(:)     !! (unknowns) gradient of the number, node axes
+      real(wp) :: by_load = 0.0_wp               !! derivative of the number with respect to the load factor at constant unknowns
       real(wp) :: defect = 0.0_wp                !! change of the number by the elimination of the elements' internal residuals
-      real(wp), allocatable :: by_force(:)       !! (unknowns) derivatives by the residuals of fixed unknowns, for reactions; not
-      !! allocated: none
-      real(wp), allocatable :: by_element(:, :)  !! (6, elements) derivatives by the end forces of each element at constant unknowns
-      !! and residuals; not allocated: none
-      type(inner_place_t), allocatable :: inner(:) !! points inside elements from which the number takes displacements; not
+      real(wp), allocatable :: by_force(:) !! (unknowns) derivatives of the number with respect to the residuals of fixed unknowns
+      !! (for reactions); not allocated: zero
+      real(wp), allocatable :: by_element(:, :) !! (6, elements) derivatives of the number with respect to the end forces of each
+      !! element, at constant unknowns and residuals; not allocated: zero
+      type(inner_place_t), allocatable :: inner(:) !! points inside elements on whose displacements the number depends; not
       !! allocated: none
       type(section_place_t), allocatable :: section(:) !! sections on which the number depends; not allocated: none
    contains
@@ -61,13 +63,13 @@ module state_functional
 
 contains
 
-   !> A functional that is zero.
+   !> A functional with the value and all derivatives zero.
    pure type(functional_t) function new_functional(unknowns) result(number)
       integer, intent(in) :: unknowns            !! number of unknowns
       allocate (number%by_unknown(unknowns), source=0.0_wp)
    end function new_functional
 
-   !> The load factor.
+   !> The load factor as a functional.
    pure type(functional_t) function new_load_functional(unknowns, load) result(number)
       integer, intent(in) :: unknowns            !! number of unknowns
       real(wp), intent(in) :: load               !! load factor of the state
@@ -76,11 +78,11 @@ contains
       number%by_load = 1.0_wp
    end function new_load_functional
 
-   !> Linear change of the number for an increment of the unknowns and of the load factor. The system's tangent and 1 as increments
-   !> give the rate along the path per unit of load factor.
+   !> Linear change of the number for increments of the unknowns and of the load factor. With system%tangent and 1 as increments it
+   !> is the derivative along the path by the load factor.
    pure real(wp) function change(self, x, y)
       class(functional_t), intent(in) :: self
-      real(wp), intent(in) :: x(:)               !! (unknowns) node axes
+      real(wp), intent(in) :: x(:)               !! (unknowns) increments, node axes
       real(wp), intent(in) :: y                  !! increment of the load factor
       change = dot_product(self%by_unknown, x) + self%by_load * y
    end function change

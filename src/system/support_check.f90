@@ -1,7 +1,7 @@
-!> Check that supports, springs and obstacles in contact prevent rigid motion of every part of the structure at the start.
+!> Checks that supports, springs and obstacles in contact prevent rigid motion of every part of the structure at the start.
 !>
-!> The check is geometric. The factored tangent cannot be used: for a long rod its rounding error is as large as the effect of a
-!> missing support.
+!> The check is geometric. The factored tangent cannot be used, because for a long rod its rounding error is as large as the effect
+!> of a missing support.
 module support_check
    use kinds, only: wp
    use text, only: to_text
@@ -12,20 +12,20 @@ module support_check
    use rod_state, only: state_t, node_position, pose_of, chain_gap, candidate_gap
    implicit none
    private
-   public :: unheld_part
+   public :: movable_part
 
 contains
 
-   !> Message that names a part that can move as a rigid body; '' if there is none. Elements, and parts that share nodes, are rigid:
-   !> three independent constraints fix a part, and three times the number of parts fix parts connected by joints. A part counts as
-   !> movable if only forces support it, or if its resistance is of second order.
-   function unheld_part(problem, state) result(part)
+   !> Message that names a part that can move as a rigid body; '' if there is none. Elements, and parts that share nodes, are taken
+   !> as rigid. Three independent constraints fix one part; parts connected by joints need three times as many as there are parts. A
+   !> part counts as movable if only forces support it, or if its resistance is of second order.
+   function movable_part(problem, state) result(part)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state       !! at the start, with its contact set
+      type(state_t), intent(in) :: state       !! state at the start, with its contact set
       character(:), allocatable :: part
-      !> Constraints of one group of parts.
+      !> Constraints of one group of parts:
       type :: gram_t
-         real(wp), allocatable :: of(:, :)     ! sum of row * row^T
+         real(wp), allocatable :: of(:, :)     ! sum of row * row^T over all constraints of the group
       end type gram_t
       type(gram_t), allocatable :: gram(:)     ! (groups)
       type(pose_t) :: pose
@@ -56,7 +56,7 @@ contains
                & -about_pivot(pose%arm(node_position(state, problem%candidates%node(c))), normal)])
          end associate
       end do
-      ! A foundation in contact resists motion in both directions, like an active candidate.
+      ! A foundation in contact resists motion in both directions, as an active candidate does.
       do c = 1, problem%ground%chain%n
          call chain_gap(problem, state, problem%ground%chain, c, gap, normal, bend)
          if (problem%ground%chain%bilateral(c) .or. gap <= touching_gap(problem)) &
@@ -101,7 +101,7 @@ contains
 
    contains
 
-      !> Unit vector of a displacement component or the rotation.
+      !> Unit vector of a displacement component (1, 2) or of the rotation (3).
       pure function motion(component) result(direction)
          integer, intent(in) :: component
          real(wp) :: direction(3)
@@ -109,10 +109,11 @@ contains
          direction(component) = 1.0_wp
       end function motion
 
-      !> Adds the constraint that the sum of `direction` times the motions of some nodes vanishes.
+      !> Adds the constraint that the sum of `direction` times the motions of some nodes is zero.
       subroutine add(nodes, direction)
          integer, intent(in) :: nodes(:)
-         real(wp), intent(in) :: direction(:)  !! (3 nodes) in x, in y, rotation times size
+         real(wp), intent(in) :: direction(:) !! (3 * number of nodes) coefficients of the motion in x, in y, and of the rotation
+         !! times the structure's size
          real(wp) :: x(2), row(3 * maxval(place)), share(3)
          integer :: i, at, k
          k = group(member(nodes(1)))
@@ -130,13 +131,14 @@ contains
             end do
          end associate
       end subroutine add
-   end function unheld_part
+   end function movable_part
 
-   !> Groups of parts connected by joints, and the index of each part in its group.
+   !> Finds the groups of parts that joints connect, and the index of each part in its group.
    subroutine group_parts(problem, member, group, place)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: member(:)                   !! (nodes) index of the part
-      integer, allocatable, intent(out) :: group(:), place(:) !! (parts) group of each part and index in the group, both from 1
+      integer, intent(in) :: member(:)                   !! (nodes) index of the part to which the node belongs
+      integer, allocatable, intent(out) :: group(:), place(:) !! (parts) group of each part; index of the part in its group; both
+      !! from 1
       integer :: c, i, n
       group = [(i, i=1, maxval(member))]
       do c = 1, size(problem%model%joint_spring)
@@ -163,7 +165,7 @@ contains
 
    contains
 
-      !> Merges the groups of some nodes into the one with the lowest number.
+      !> Merges the groups of some nodes into the group with the lowest number.
       subroutine join(nodes)
          integer, intent(in) :: nodes(:)
          integer :: to, j, from
@@ -175,12 +177,12 @@ contains
       end subroutine join
    end subroutine group_parts
 
-   !> Number of the connected part of each node, from 1.
+   !> Number of the connected part to which each node belongs, from 1.
    function parts(problem) result(member)
       type(problem_t), intent(in) :: problem
       integer, allocatable :: member(:)
       integer :: e, i, a, b, n
-      ! Union-find: every node points to a lower node of its part, the lowest to itself.
+      ! Union-find: every node points to a lower node of its part, and the lowest node to itself.
       n = problem%model%mesh%n_nodes
       member = [(i, i=1, n)]
       do e = 1, problem%model%mesh%n_elements
@@ -204,7 +206,7 @@ contains
 
    contains
 
-      !> Lowest node of a part; shortens the chain of pointers to this node.
+      !> Lowest node of the part of a node; shortens the chain of pointers to this node.
       integer function root(node)
          integer, intent(in) :: node
          root = node

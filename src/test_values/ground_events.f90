@@ -1,8 +1,8 @@
 !> Contact regions on distributed foundations that appear, vanish, split or merge between two points of the path.
 !>
 !> The event function is the smallest gap on the part of the chain around the region or, for a region that opens inside, the largest
-!> local maximum of the gap. Both change smoothly, also inside elements, and follow a moving region. The gap is divided by its roots
-!> at supported ends of the chain (ground_ends).
+!> local maximum of the gap. Both functions change smoothly, also inside elements, and remain defined if the region moves. At
+!> supported ends of the chain the gap is divided by its roots (ground_ends).
 module ground_events
    use kinds, only: wp
    use problem, only: problem_t
@@ -10,22 +10,23 @@ module ground_events
    use ground_regions, only: smallest_ground_gap, inner_opening
    use ground_ends, only: root_orders, chain_roots
    use path_record, only: region_t
+   use contact_labels, only: contact_gained, contact_lost
    implicit none
    private
    public :: ground_event_t, find_ground_events, find_roots, ground_event_value, ground_event_place, ground_event_gap
 
-   !> A change of the contact regions on a part of a contact's chain.
+   !> A change of the contact regions on a part of the chain of a contact.
    type :: ground_event_t
       character(2) :: label = ''                 !! C+ or C-
       integer :: contact = 0                   !! index into model%contact
-      real(wp) :: from = 0.0_wp, to = 0.0_wp   !! arc lengths of that part
-      logical :: divided = .false.             !! a region splits, or two merge
+      real(wp) :: from = 0.0_wp, to = 0.0_wp   !! arc lengths at the two ends of this part
+      logical :: divided = .false.             !! true: a region splits, or two regions merge
       integer :: root(2) = 0                   !! orders of the gap's roots at the ends of the chain, see ground_ends; 0: none
    end type ground_event_t
 
 contains
 
-   !> Finds the events between two points by comparing their regions, contact by contact.
+   !> Finds the events between two points by comparing the contact regions at both, contact by contact.
    subroutine find_ground_events(problem, earlier, later, events)
       type(problem_t), intent(in) :: problem
       type(region_t), intent(in) :: earlier(:), later(:)
@@ -48,13 +49,13 @@ contains
             ends = [-closed, 2.0_wp * closed]
          end if
          call match(a, b, reach, partner_a, partner_b)
-         call append_unmatched(contact, a, b, partner_b, reach, closed, ends, 'C+', 'C-', events)
-         call append_unmatched(contact, b, a, partner_a, reach, closed, ends, 'C-', 'C+', events)
+         call append_unmatched(contact, a, b, partner_b, reach, closed, ends, contact_gained, contact_lost, events)
+         call append_unmatched(contact, b, a, partner_a, reach, closed, ends, contact_lost, contact_gained, events)
       end do
    end subroutine find_ground_events
 
-   !> Opens a closed chain at the point that the fewest regions cover, and moves the regions of both lists, in ascending order, to
-   !> the circuit of the chain that begins there.
+   !> Opens a closed chain at the place that the fewest regions cover. The regions of both lists are moved, in ascending order, to
+   !> the turn around the chain that begins at this place.
    pure subroutine unroll(a, b, closed)
       type(region_t), intent(inout) :: a(:), b(:)
       real(wp), intent(in) :: closed
@@ -79,13 +80,13 @@ contains
 
    contains
 
-      !> True if a region covers the point at which the chain is opened.
+      !> True if a region covers the place at which the chain is opened.
       pure elemental logical function covered(region)
          type(region_t), intent(in) :: region
          covered = modulo(place - region%start, closed) < region%end - region%start
       end function covered
 
-      !> Moves the regions of a list to the circuit of the chain that begins at the opening, and sorts them.
+      !> Moves the regions of a list to the turn around the chain that begins at the opening, and sorts them.
       pure subroutine shift(list)
          type(region_t), intent(inout) :: list(:)
          type(region_t) :: moved
@@ -110,19 +111,20 @@ contains
       end subroutine shift
    end subroutine unroll
 
-   !> True if a region covers its whole closed chain.
+   !> True if a region covers the whole closed chain.
    pure elemental logical function all_round(region, closed)
       type(region_t), intent(in) :: region
       real(wp), intent(in) :: closed
       all_round = closed > 0.0_wp .and. region%end - region%start >= (1.0_wp - 1.0e-9_wp) * closed
    end function all_round
 
-   !> Pairs the regions of two lists in their order, as many as possible (longest common subsequence). Regions can be paired if they
-   !> overlap or are closer than `reach`, because a short region may move by more than its length.
+   !> Pairs as many regions of two lists as possible, without changing their order (longest common subsequence). Two regions can be
+   !> paired if they overlap or are closer than `reach`, because a short region may move by more than its length.
    subroutine match(a, b, reach, partner_a, partner_b)
       type(region_t), intent(in) :: a(:), b(:)
       real(wp), intent(in) :: reach
-      integer, allocatable, intent(out) :: partner_a(:), partner_b(:) !! index into the other list; 0: none
+      integer, allocatable, intent(out) :: partner_a(:), partner_b(:) !! for each region: index of its partner in the other list; 0:
+      !! none
       real(wp) :: best(0:size(a), 0:size(b)), pair
       integer :: i, j
       best = 0.0_wp
@@ -150,7 +152,7 @@ contains
 
    contains
 
-      !> Value of a pair in the comparison: 1, plus a small part for the overlap.
+      !> Weight of a pair of regions in the comparison: 1, plus a small part for the overlap.
       real(wp) function worth(k, l)
          integer, intent(in) :: k, l
          real(wp) :: overlap
@@ -163,15 +165,15 @@ contains
    end subroutine match
 
    !> Appends the events of those regions of `there` that have no partner in `other`: new regions, or parts of a region that is
-   !> undivided in `other`. A region around a whole closed chain can open without division into two.
+   !> undivided in `other`. (A region that covers a whole closed chain can open without being divided into two.)
    subroutine append_unmatched(contact, other, there, partner, reach, closed, ends, new, divided, events)
       integer, intent(in) :: contact
       type(region_t), intent(in) :: other(:), there(:)
-      integer, intent(in) :: partner(:)        !! partner of each region of `there`; 0: none
+      integer, intent(in) :: partner(:)        !! index in `other` of the partner of each region of `there`; 0: none
       real(wp), intent(in) :: reach            !! twice the length of an element
-      real(wp), intent(in) :: closed           !! length of a closed chain; 0: open
-      real(wp), intent(in) :: ends(2)          !! arc lengths of the chain's ends
-      character(2), intent(in) :: new, divided !! labels
+      real(wp), intent(in) :: closed           !! length of the chain if it is closed; 0: the chain is open
+      real(wp), intent(in) :: ends(2)          !! arc lengths at the two ends of the chain
+      character(2), intent(in) :: new, divided !! labels of the event for a new region and for a division
       type(ground_event_t), allocatable, intent(inout) :: events(:)
       integer :: k, beside, last
       do k = 1, size(there)
@@ -189,7 +191,8 @@ contains
 
    contains
 
-      !> Neighbour of a region that is part of the same region of `other`, in the direction of the partner of that region; 0: none.
+      !> Neighbour of a region that is also a part of the same region of `other`, in the direction of the partner of this region; 0:
+      !> none.
       integer function other_part(number) result(beside)
          integer, intent(in) :: number
          integer :: side, whole, kept
@@ -204,20 +207,21 @@ contains
          beside = 0
       end function other_part
 
-      !> Appends the event at which a free span opens inside a region of contact and divides it into two. The search interval is
+      !> Appends the event at which a free span opens inside a region of contact and divides the region. The search interval is
       !> wider than the free span, which may move along the rod while it grows.
       subroutine open_between(before, after, round)
          type(region_t), intent(in) :: before, after
-         real(wp), intent(in) :: round  !! added to the arc lengths of `after`: the length of a closed chain if `after` follows
-         !! across its cut, else 0
+         real(wp), intent(in) :: round !! number added to the arc lengths of `after`: the length of a closed chain if `after` is
+         !! behind the place where the chain is opened, else 0
          real(wp) :: width
          width = max(10.0_wp * (after%start + round - before%end), 10.0_wp * reach)
          events = [events, ground_event_t(divided, contact, max(before%end - width, before%start), &
             & min(after%start + round + width, after%end + round), .true.)]
       end subroutine open_between
 
-      !> Start of the part of the chain that is searched around a region: half way to the region before, in either list, because a
-      !> small region may move while it grows; one length before a long region; but never inside another region.
+      !> Start of the part of the chain that is searched around a region. It is half way to the preceding region in either list,
+      !> because a small region may move while it grows; for a long region at most one region length before it; and never inside
+      !> another region.
       real(wp) function free_from(region)
          type(region_t), intent(in) :: region
          real(wp) :: before
@@ -227,7 +231,7 @@ contains
          if (closed > 0.0_wp) free_from = max(free_from, 0.5_wp * (region%start + region%end - closed))
       end function free_from
 
-      !> End of the part of the chain that is searched around a region, by the same rule as free_from.
+      !> End of the part of the chain that is searched around a region, by the same rule as in free_from.
       real(wp) function free_to(region)
          type(region_t), intent(in) :: region
          real(wp) :: after
@@ -238,7 +242,7 @@ contains
       end function free_to
    end subroutine append_unmatched
 
-   !> Orders of the gap's roots at the ends of the event's part of the chain: the smaller order of both states.
+   !> Orders of the roots of the gap at the ends of the event's part of the chain: the smaller order of the two states.
    subroutine find_roots(problem, from, to, event)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
@@ -248,7 +252,7 @@ contains
          & root_orders(problem, to, event%contact, event%from, event%to))
    end subroutine find_roots
 
-   !> Event function: positive while the region exists, or is undivided.
+   !> Event function: positive while the region exists or, for a division, while it is undivided.
    real(wp) function ground_event_value(problem, state, event) result(value)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -258,7 +262,7 @@ contains
       call evaluate_event(problem, state, event, value, candidate, tau, factor)
    end function ground_event_value
 
-   !> Magnitude of the gap at the position of the event, a measure of the location error.
+   !> Magnitude of the gap at the position of the event; it measures the location error.
    real(wp) function ground_event_gap(problem, state, event) result(gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -269,20 +273,21 @@ contains
       gap = abs(ground_event_value(problem, state, with_roots))
    end function ground_event_gap
 
-   !> Finds the position of the event function's extremum.
+   !> Finds the position of the smallest gap, or of the largest maximum of the gap, that defines the event function.
    subroutine ground_event_place(problem, state, event, candidate, tau, factor)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(ground_event_t), intent(in) :: event
-      integer, intent(out) :: candidate        !! candidate of the foundations' chain before the element; 0: none, or at a root
+      integer, intent(out) :: candidate !! candidate of the foundations' chain before the element with this position; 0: none, or
+      !! the position is at a root
       real(wp), intent(out) :: tau             !! position in the element, 0 to 1
-      real(wp), intent(out) :: factor          !! factor of the roots on the gap there
+      real(wp), intent(out) :: factor          !! factor on the gap at this position by the roots
       real(wp) :: value
       call evaluate_event(problem, state, event, value, candidate, tau, factor)
       if (.not. factor > 0.0_wp) candidate = 0
    end subroutine ground_event_place
 
-   !> Computes the value of the event function, its position, and the factor of the gap's roots there.
+   !> Computes the value of the event function, its position, and the factor of the gap's roots at this position.
    subroutine evaluate_event(problem, state, event, value, candidate, tau, factor)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -294,7 +299,7 @@ contains
       factor = 1.0_wp
       closed = problem%ground%chain%chain_length(event%contact)
       from = event%from
-      ! Two circuits of a closed chain are searched: the range begins in the first.
+      ! Two turns around a closed chain are searched; the range begins in the first one.
       if (closed > 0.0_wp) from = modulo(event%from, closed)
       to = event%to + (from - event%from)
       if (event%divided) then

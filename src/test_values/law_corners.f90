@@ -11,14 +11,14 @@ module law_corners
 
    !> A corner of the law of one candidate.
    type :: law_corner_t
-      integer :: candidate = 0                   !! 0: no corner
-      real(wp) :: penetration = 0.0_wp           !! penetration at the corner, negative where the law acts in tension
+      integer :: candidate = 0                   !! candidate whose law has the corner; 0: no corner
+      real(wp) :: penetration = 0.0_wp           !! penetration at the corner [length], negative where the law acts in tension
    end type law_corner_t
 
 contains
 
-   !> Corner of the law between two states: the first candidate whose penetrations lie on different segments, and the corner nearest
-   !> to the first state.
+   !> Corner of the law between two states: of the first candidate whose penetrations at the two states lie on different segments,
+   !> the corner nearest to the first state.
    type(law_corner_t) function corner_between(problem, from, to) result(corner)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
@@ -39,15 +39,16 @@ contains
       end do
    end function corner_between
 
-   !> Event function of a corner: the penetration at a state minus that of the corner [length].
+   !> Event function of a corner: the penetration at a state minus the penetration of the corner [length].
    real(wp) function beyond_corner(problem, state, corner) result(beyond)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(law_corner_t), intent(in) :: corner   !! a corner with candidate > 0
+      type(law_corner_t), intent(in) :: corner   !! corner with candidate > 0
       beyond = penetration(problem, state, corner%candidate) - corner%penetration
    end function beyond_corner
 
-   !> Penetration of a node into its obstacle; 0 for an open gap, unless the law acts in tension, too (then negative).
+   !> Penetration of a node into its obstacle; 0 if the gap is open. If the law also acts in tension, the penetration is negative
+   !> there.
    real(wp) function penetration(problem, state, candidate) result(depth)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -1,5 +1,6 @@
 !> Test values of a path point, and the events detected from them: limit points, bifurcations, contact regions that appear or
-!> vanish, prescribed values. An event is the zero of a function of the state; a change of its sign between two points shows it.
+!> vanish, prescribed values. An event is the zero of a function of the state; a change of its sign between two points indicates the
+!> event.
 module path_events
    use kinds, only: wp
    use model, only: step_t
@@ -9,8 +10,9 @@ module path_events
    use monitors, only: monitor_values, monitor_rate
    use contact_regions, only: region_of, resolved_contact
    use gap_profile, only: smallest_gap
-   use ground_regions, only: find_ground_regions, taken_along
+   use ground_regions, only: find_ground_regions, regions_on_moved_nodes
    use law_corners, only: law_corner_t, beyond_corner
+   use contact_labels, only: contact_gained, contact_lost, contact_words
    use ground_events, only: ground_event_t, find_ground_events, find_roots, ground_event_value
    use path_record, only: region_t
    implicit none
@@ -22,8 +24,8 @@ module path_events
       & event_turning = 6, event_release = 7
 
    character(*), parameter :: note_of_corner = 'limit point of the load, at a corner of the path'
-   real(wp), parameter :: at_rest = 1.0e-6_wp !! value of a contact event function at the start, over the value after the increment;
-   !! below it the contact carries no force
+   real(wp), parameter :: at_rest = 1.0e-6_wp !! largest ratio of a contact event function at the start to that after the increment
+   !! at which the contact counts as without force at the start
 
    !> Test values of one point, which are compared from point to point.
    type :: test_values_t
@@ -31,35 +33,38 @@ module path_events
       real(wp) :: load_rate = 0.0_wp          !! d(load factor)/d(arc length) along the path
       integer :: negative_pivots = 0
       integer :: opening = 0                  !! number of unstable directions that open force-free contacts
-      logical :: weak = .false.               !! force-free contact exists
+      logical :: weak = .false.               !! true: there is a contact without force
       real(wp), allocatable :: monitor(:)
-      real(wp), allocatable :: monitor_rate(:) !! d(monitor)/d(arc length) of monitors with turning points
-      logical, allocatable :: active(:)       !! contact at nodes, within the resolution of the mesh
-      type(region_t), allocatable :: grounded(:) !! contact with distributed foundations
+      real(wp), allocatable :: monitor_rate(:) !! d(monitor)/d(arc length) of those monitors whose turning points are requested
+      logical, allocatable :: active(:)       !! (candidates) true: contact at the node, within the resolution of the mesh
+      type(region_t), allocatable :: grounded(:) !! regions of contact with distributed foundations
    end type test_values_t
 
    !> An event between two points of the path.
    type :: event_t
-      integer :: kind = 0                        !! event_...
+      integer :: kind = 0                        !! kind of the event: event_...
       character(2) :: label = ''
-      integer :: monitor = 0                  !! value events: monitor, 0: load factor; turning points: index into step%turning
+      integer :: monitor = 0 !! value events: index of the monitor, 0: load factor; turning points: index into step%turning
       real(wp) :: value = 0.0_wp                 !! value events: the prescribed value
-      integer :: number = 0                   !! bifurcation, detachment: index of the eigenvalue that changes its sign
+      integer :: number = 0 !! bifurcation, detachment: number of the eigenvalue that changes its sign, in ascending order
       integer :: least = 0, most = 0          !! smaller and larger number of negative pivots at the two ends
       integer :: pivots = 0                   !! number of negative pivots at the located point
-      logical, allocatable :: marked(:)       !! contact: the candidates concerned
-      logical :: divided = .false.            !! contact: a region splits there, or two merge
+      logical, allocatable :: marked(:)       !! contact: true for the candidates whose contact changes
+      logical :: divided = .false.            !! contact: true: a region splits, or two regions merge
       type(ground_event_t) :: ground          !! contact with a distributed foundation: the change and its position
-      real(wp) :: gap_scale = 1.0_wp, reaction_scale = 1.0_wp !! contact: reference values that make gap and reaction comparable
-      logical :: corner = .false.             !! limit point at a corner of the path: the load rate jumps through zero
-      type(law_corner_t) :: law               !! limit point: the corner of a force law at a node that makes this corner, if any
-      logical :: meets = .false. !! limit point that is a bifurcation: the path meets the one that it leaves on its other side
-      logical :: jumps = .false. !! bifurcation: the eigenvalue jumps through zero because a line contact becomes a point contact
-      logical :: held = .false.               !! value events: the value was prescribed in the correction and is met to rounding
-      logical :: steady_load = .false.        !! the load rate is almost constant over the increment, so that the load can measure
-      !! fractions of it
-      real(wp) :: scale = 1.0_wp              !! reference value of the event function for the tolerance of its zero
-      real(wp) :: before = 0.0_wp, after = 0.0_wp !! event function at both ends of the increment
+      real(wp) :: gap_scale = 1.0_wp, reaction_scale = 1.0_wp !! contact: reference values of gap and reaction, which make the two
+      !! comparable
+      logical :: corner = .false. !! limit point: true: at a corner of the path; the load rate jumps from one sign to the other
+      type(law_corner_t) :: law !! limit point: the corner of a force law at a node that causes the corner of the path, if any
+      logical :: meets = .false. !! limit point: true: it is a bifurcation at which the path crosses the path that it leaves on its
+      !! other side
+      logical :: jumps = .false. !! bifurcation: true: the eigenvalue jumps from one sign to the other because a line contact
+      !! becomes a point contact
+      logical :: held = .false. !! value events: true: the value was prescribed in the correction and is met to rounding
+      logical :: steady_load = .false. !! true: the load rate is almost constant over the increment, so that the load can measure
+      !! fractions of the increment
+      real(wp) :: scale = 1.0_wp !! reference value of the event function, to which the tolerance of its zero is related
+      real(wp) :: before = 0.0_wp, after = 0.0_wp !! event function at the start and at the end of the increment
       character(:), allocatable :: note
    end type event_t
 
@@ -106,8 +111,8 @@ contains
          event = event_t(kind=event_limit, label='LP')
          event%note = 'limit point of the load'
          call append(event)
-         ! The limit point explains one change of an eigenvalue's sign. If several eigenvalues change their sign, the location of
-         ! the events shows which belongs to it.
+         ! A limit point explains one change of sign of an eigenvalue. If several eigenvalues change their sign, the location of the
+         ! events shows which of them belongs to the limit point.
          if (most == least + 1) most = least
       end if
       do i = least + 1, most
@@ -129,7 +134,7 @@ contains
          event%note = 'turning point of '//trim(problem%model%monitor(step%turning(i))%name)
          call append(event)
       end do
-      ! If contact at nodes has become contact spans, the candidates differ, and span_changes reports the change.
+      ! If contact at nodes has become contact spans, the candidates are different, and span_changes reports the change.
       if (size(before%active) == size(after%active)) then
          if (any(before%active .neqv. after%active)) &
             & call detect_contact_events(problem, from, to, before%active, after%active, events)
@@ -146,7 +151,7 @@ contains
          events(i)%before = event_value(problem, events(i), from, before)
          events(i)%after = event_value(problem, events(i), to, after)
       end do
-      ! Contact without force opens or transmits force under any load: an unloaded start is no event.
+      ! At an unloaded start a contact without force opens or transmits force under any load: this is not an event.
       if (any(abs(from%z) > 0.0_wp)) return
       allocate (kept(0))
       do i = 1, size(events)
@@ -162,15 +167,14 @@ contains
       subroutine add_ground_events()
          type(ground_event_t), allocatable :: found(:)
          integer :: k
-         call find_ground_events(problem, taken_along(problem, from, to, before%grounded), after%grounded, found)
+         call find_ground_events(problem, regions_on_moved_nodes(problem, from, to, before%grounded), after%grounded, found)
          do k = 1, size(found)
             event = event_t(kind=event_contact, label=found(k)%label)
             event%ground = found(k)
             call find_roots(problem, from, to, event%ground)
             event%divided = found(k)%divided
             allocate (event%marked(problem%candidates%n), source=.false.)
-            if (found(k)%label == 'C-') event%note = merge('a contact region splits', 'contact lost           ', event%divided)
-            if (found(k)%label == 'C+') event%note = merge('two contact regions merge', 'contact gained           ', event%divided)
+            event%note = contact_words(event%label, event%divided)
             event%note = trim(event%note)
             event%gap_scale = max(abs(ground_event_value(problem, from, event%ground)), &
                & abs(ground_event_value(problem, to, event%ground)), tiny(1.0_wp))
@@ -184,7 +188,7 @@ contains
       end subroutine append
    end subroutine detect_events
 
-   !> Detects prescribed values, and those that end the step, between two neighbouring points.
+   !> Detects events of prescribed values between two neighbouring points, including those that end the step.
    subroutine value_events(problem, step, before, after, from, to, events)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -214,13 +218,13 @@ contains
 
    contains
 
-      !> True if the value is passed or reached in the increment.
+      !> True if the increment passes or reaches the value.
       pure logical function crosses(candidate)
          type(event_t), intent(in) :: candidate
          real(wp) :: from_value, to_value
          from_value = test_value(before, candidate) - candidate%value
          to_value = test_value(after, candidate) - candidate%value
-         ! A point may have exactly the value; the next increment starts there and does not pass the value.
+         ! A point may have exactly the prescribed value; the increment that starts there does not pass the value.
          crosses = from_value * to_value < 0.0_wp .or. (abs(from_value) > 0.0_wp .and. abs(to_value) <= 0.0_wp)
       end function crosses
    end subroutine value_events
@@ -229,18 +233,18 @@ contains
    subroutine detect_contact_events(problem, from, to, earlier, later, events)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
-      logical, intent(in) :: earlier(:), later(:)   !! (candidates) contact within the resolution of the mesh
+      logical, intent(in) :: earlier(:), later(:) !! (candidates) true: contact within the resolution of the mesh, at the earlier
+      !! and the later state
       type(event_t), allocatable, intent(inout) :: events(:)
-      call compare(earlier, later, 'C-', 'contact lost', 'a contact region splits')
-      call compare(later, earlier, 'C+', 'contact gained', 'two contact regions merge')
+      call compare(earlier, later, contact_lost)
+      call compare(later, earlier, contact_gained)
 
    contains
 
-      !> Appends the events of regions of `there` that have no counterpart in `other`, or several.
-      subroutine compare(there, other, label, gone, divided)
+      !> Appends the events of those regions of `there` that have no counterpart in `other`, or more than one.
+      subroutine compare(there, other, label)
          logical, intent(in) :: there(:), other(:)
          character(2), intent(in) :: label
-         character(*), intent(in) :: gone, divided
          logical, allocatable :: done(:), region(:), near(:), counted(:)
          type(event_t) :: event
          integer :: c, parts, k
@@ -259,15 +263,14 @@ contains
             end do
             if (parts == 1) cycle
             event = event_t(kind=event_contact, label=label)
-            event%note = gone
             event%marked = region
             if (parts > 1) then
-               event%note = divided
                event%marked = region .and. .not. other
                event%divided = .true.
-               ! Two neighbouring regions that have only their ends in common.
+               ! Two neighbouring regions that have only one end in common.
                if (.not. any(event%marked)) cycle
             end if
+            event%note = contact_words(label, event%divided)
             event%reaction_scale = max(sum(from%reaction, mask=event%marked), sum(to%reaction, mask=event%marked), &
                & tiny(1.0_wp))
             event%gap_scale = max(abs(smallest_gap(problem, from, event%marked)), &
@@ -276,7 +279,7 @@ contains
          end do
       end subroutine compare
 
-      !> Adds the neighbours of each candidate to a set.
+      !> Adds to a set the neighbours of each of its candidates.
       function widened(set) result(wide)
          logical, intent(in) :: set(:)
          logical :: wide(size(set))
@@ -303,7 +306,7 @@ contains
          value = test_values%load_rate
          if (event%law%candidate > 0) value = beyond_corner(problem, state, event%law) / problem%size
       case (event_bifurcation)
-         ! Here only the sign is known; event_location computes the eigenvalue.
+         ! For a bifurcation only the sign is known here; event_location computes the eigenvalue.
          value = merge(-1.0_wp, 1.0_wp, event%number <= test_values%negative_pivots)
       case (event_release)
          value = merge(-1.0_wp, 1.0_wp, event%number <= test_values%opening)
@@ -339,7 +342,7 @@ contains
       end do
    end function largest_gap
 
-   !> Load factor or monitor of a value event.
+   !> Load factor or monitor to which a value event refers.
    pure real(wp) function test_value(test_values, event)
       type(test_values_t), intent(in) :: test_values
       type(event_t), intent(in) :: event

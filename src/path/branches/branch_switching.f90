@@ -1,8 +1,8 @@
 !> First point of another path through a bifurcation.
 !>
 !> The predictor moves the state along the null vector. The corrector stays in a plane whose normal is the null vector without its
-!> component along the known path, so that it cannot return to that path. The first distance is halved until the other path is
-!> almost straight over it, and its load has no extremum between.
+!> component along the known path, so that it cannot return to that path. The first distance is halved until the tangent of the new
+!> path hardly turns over this distance, and the load of the new path has no extremum within it.
 module branch_switching
    use kinds, only: wp
    use errors, only: error_t
@@ -26,8 +26,8 @@ module branch_switching
    public :: switch_branch, take_way
 
    integer, parameter :: max_tries = 12
-   real(wp), parameter :: straight = 0.3_wp !! largest correction as a part of the distance; no input deck changes up to 3, three
-   !! change at 0.03
+   real(wp), parameter :: straight = 0.3_wp !! largest correction as a part of the distance; with values up to 3 every deck in input
+   !! has the same results; at 0.03 three have others
 
 contains
 
@@ -39,8 +39,8 @@ contains
       integer, intent(in) :: mode               !! index of the null vector, at most the multiplicity
       integer, intent(in) :: side               !! 1 along the null vector, -1 against it (sign convention of tangent_modes)
       real(wp), intent(in) :: distance          !! arc length tried first
-      type(path_state_t), intent(inout) :: run  !! its last point is the bifurcation
-      type(increment_t), intent(out) :: report  !! converged is true on success
+      type(path_state_t), intent(inout) :: run  !! in: at the bifurcation; out: at the first point of the new path
+      type(increment_t), intent(out) :: report  !! report of the correction to the first point; converged: the point was found
       type(modes_t) :: modes
       type(error_t), allocatable :: error
       type(path_point_t) :: trial
@@ -87,7 +87,7 @@ contains
          hold%increment = hold%increment - drift
          call correct(problem, run%last%state, hold, .false., trial%state, trial%system, report)
          if (report%converged) then
-            report%converged = wander() <= straight * length
+            report%converged = transverse_distance() <= straight * length
             if (.not. report%converged) report%message = 'no other path was found near the bifurcation'
             if (report%converged) call check_penetration()
             if (report%converged) call check_extremum()
@@ -106,16 +106,16 @@ contains
 
    contains
 
-      !> Distance of the first point from the predictor, apart from the direction of the known path, along which the load may change
-      !> with the distance.
-      real(wp) function wander()
+      !> Distance of the first point from the predictor, without its component along the known path. (Along the known path the load
+      !> may change with the distance.)
+      real(wp) function transverse_distance()
          real(wp), allocatable :: correction(:, :)
          correction = displacement_between(problem, predicted, trial%state)
          if (along > 0.0_wp) correction = correction - chord * (metric(problem, correction, chord) / along)
-         wander = sqrt(metric(problem, correction, correction))
-      end function wander
+         transverse_distance = sqrt(metric(problem, correction, correction))
+      end function transverse_distance
 
-      !> Rejects a first point with a free span that penetrates an obstacle, as happens if the first contact of the other path lies
+      !> Rejects a first point in which a free span penetrates an obstacle. This happens if the first contact of the new path lies
       !> within the distance.
       subroutine check_penetration()
          type(span_test_t), allocatable :: tests(:)
@@ -125,9 +125,9 @@ contains
          if (.not. report%converged) report%message = 'the other path begins inside an obstacle'
       end subroutine check_penetration
 
-      !> Computes the path tangent at the first point, and rejects the point if the load has an extremum on the way to it. A load
-      !> that changes by c a^2 + d a^4 over the distance a has none if its rate times the distance lies between zero and four times
-      !> its change.
+      !> Computes the path tangent at the first point, and rejects the point if the load has an extremum between the bifurcation and
+      !> the first point. A load that changes by c a^2 + d a^4 over the distance a has no extremum if its rate times the distance
+      !> lies between zero and four times its change.
       subroutine check_extremum()
          real(wp) :: change, rate
          away = trial%state%u - (run%last%state%u - drift * hold%tangent)
@@ -142,11 +142,11 @@ contains
 
    !> Moves the path state to the first point of a path with another contact set.
    subroutine take_way(problem, step, critical_point, way, run)
-      type(problem_t), intent(inout) :: problem  !! that of the contact change; out: that of the path
+      type(problem_t), intent(inout) :: problem  !! in: problem of the contact change; out: problem of the new path
       type(step_t), intent(in) :: step
-      type(critical_point_t), intent(in) :: critical_point !! the contact change
-      integer, intent(in) :: way                 !! index of the path
-      type(path_state_t), intent(inout) :: run   !! its last point is the contact change
+      type(critical_point_t), intent(in) :: critical_point !! the contact change from which the new path starts
+      integer, intent(in) :: way                 !! index of the new path in critical_point%way
+      type(path_state_t), intent(inout) :: run   !! in: at the contact change; out: at the first point of the new path
       type(path_point_t) :: first
       real(wp), allocatable :: away(:, :)
       associate (on => critical_point%way(way))
@@ -164,14 +164,15 @@ contains
       end associate
    end subroutine take_way
 
-   !> Sets the strategy of the step in the direction of the branch. The first increment is at most the distance of its first point.
+   !> Sets the strategy of the step and the direction of the branch. The first increment is at most the distance of the branch's
+   !> first point from the critical point.
    subroutine set_increment(problem, step, critical_point, first, distance, run)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(critical_point_t), intent(in) :: critical_point
       type(path_point_t), intent(in) :: first    !! first point of the branch
-      real(wp), intent(in) :: distance           !! arc length
-      type(path_state_t), intent(inout) :: run   !! its last point is the critical point
+      real(wp), intent(in) :: distance           !! arc length from the critical point to `first`
+      type(path_state_t), intent(inout) :: run   !! in: its last accepted point is the critical point
       real(wp) :: change(size(problem%model%monitor))
       run%control = critical_point%control
       run%control%method = step%method

@@ -9,7 +9,7 @@ module branches
    use path_control, only: is_arc_length
    use archive, only: archive_t, archive_reset
    use attempt, only: attempt_t
-   use checkpoint, only: saved_run_t, on_branch, exchange_branch, restore_run, go_on_from_point, change_steps
+   use checkpoint, only: saved_run_t, on_branch, exchange_branch, restore_run, continue_from_point, change_steps
    use path_state, only: path_state_t
    use critical_points, only: critical_points_t
    use point_recording, only: record
@@ -22,8 +22,8 @@ module branches
    private
    public :: follow_branches
 
-   real(wp), parameter :: first_distance = 0.02_wp !! arc length tried first if neither deck nor strategy sets one; no input deck
-   !! changes from 0.002 to 0.2
+   real(wp), parameter :: first_distance = 0.02_wp !! arc length tried first if neither deck nor strategy sets one; with values from
+   !! 0.002 to 0.2 every deck in input has the same results
 
 contains
 
@@ -33,11 +33,11 @@ contains
       type(step_t), intent(in) :: step
       type(critical_points_t), intent(inout), target :: own !! critical points of the step's own path
       integer, intent(inout) :: numbered             !! number of branches in the results so far
-      type(archive_t), intent(inout), target :: before  !! frame of the checkpoints (module checkpoint) with the results of the
-      !! step's path, with which the frame of each branch begins
-      type(saved_run_t), intent(inout) :: saved    !! restart; on_branch: continues a branch
+      type(archive_t), intent(inout), target :: before !! frame of the checkpoints with the results of the step's path (see module
+      !! checkpoint): the beginning of the frame of each branch
+      type(saved_run_t), intent(inout) :: saved    !! restart; on_branch: the restart continues a branch of this step
       class(recorder_t), intent(inout) :: recorder
-      type(outcome_t), intent(inout) :: outcome      !! why: only if the results cannot be written or the run must end
+      type(outcome_t), intent(inout) :: outcome      !! why: set only if the results cannot be written or the run must end
       type(critical_points_t), target :: found(size(step%branch))
       type(critical_points_t), pointer :: left
       type(branch_start_t) :: start
@@ -85,7 +85,7 @@ contains
       type(branch_start_t), intent(inout) :: start
       integer, intent(in) :: number                  !! number of the branch in the results
       type(archive_t), intent(inout), target :: frame
-      type(saved_run_t), intent(inout) :: saved    !! restart; on_branch: continues this branch
+      type(saved_run_t), intent(inout) :: saved    !! restart; on_branch: the restart continues this branch
       type(critical_points_t), intent(inout), target :: found !! critical points of the branch
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
@@ -133,7 +133,7 @@ contains
             & ' null vector(s) or other way(s) on, not '//to_text(branch%mode))
          return
       else if (home%list(at)%opens /= 0 .and. home%list(at)%opens /= branch%side) then
-         ! No path leaves a one-sided bifurcation on the other side.
+         ! A one-sided bifurcation has only one branch: no path leaves it on the opposite side.
          if (.not. branch%both) call note_trouble(outcome, called//': contact closes this side of the bifurcation; SIDE='// &
             & trim(merge('PLUS ', 'MINUS', home%list(at)%opens > 0))//' is the side that opens')
          return
@@ -189,7 +189,7 @@ contains
       run%step_points = 1
       call follow_points(problem, as_branch, run, recorder, outcome, attempt, saved%pause(number))
       if (saved%pause(number) > 0 .and. run%points >= saved%from) then
-         call go_on_from_point(saved, problem, run, attempt, outcome)
+         call continue_from_point(saved, problem, run, attempt, outcome)
          run%frame => frame
          as_branch = followed_as_branch(problem%model%step(problem%step), b)
          if (.not. (allocated(outcome%why) .or. outcome%ended)) &

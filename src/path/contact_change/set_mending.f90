@@ -13,7 +13,7 @@ module set_mending
    use entering_contact_set, only: go_to_next, adopt, passes_value
    use span_tests, only: run_span_tests
    use path_continuity, only: relate, same_path
-   use mesh_transfer, only: stand_on
+   use mesh_transfer, only: transfer_and_solve
    use trial_request, only: request_t
    use path_state, only: path_state_t, copy_path_state
    use corner_limit, only: check_return
@@ -103,7 +103,7 @@ contains
       call copy_problem(problem, on)
       call copy_path_state(run, there)
       call adopt(on, there, first)
-      call stand_on(next%problem, on, there, leads)
+      call transfer_and_solve(next%problem, on, there, leads)
       if (leads) leads = .not. any_fails(run_span_tests(on, there%last%state, max(there%last%system%force_scale, tiny(1.0_wp))))
       if (leads) leads = same_path(relate(on, there%last%state, next%state, there%last%tangent, next%tangent, .false.))
       if (.not. leads) return

@@ -1,8 +1,9 @@
-!> Corners of the path at which contact with foundations begins or ends: for example, a free end that reaches stiff soil stops at
-!> once.
+!> Corners of the path at which contact with foundations begins or ends. For example, a free end that reaches stiff soil stops
+!> moving almost at once.
 !>
-!> Halved increments never end close to such a corner. But the tangents at both ends of an increment across the corner intersect
-!> there and give its distance: the next increment ends at the corner, and the following one passes it.
+!> A halved increment never ends close to such a corner. But the tangents at the two ends of an increment across the corner
+!> intersect near the corner and give its distance. The next increment therefore ends at the corner, and the following one passes
+!> it.
 module corner_ahead
    use kinds, only: wp
    use model, only: step_t, method_load, method_displacement
@@ -18,12 +19,12 @@ module corner_ahead
    private
    public :: corner_t, find_corner_ahead, is_near, part_before, differ
 
-   !> Corner found by the trial increments from one point.
+   !> Corner of the path, predicted by the trial increments from one point.
    type :: corner_t
-      real(wp) :: length = -1.0_wp               !! arc length to the corner, from the last trial; negative: none
-      real(wp) :: before = -1.0_wp               !! the same, from the trial before
+      real(wp) :: length = -1.0_wp               !! arc length from the point to the corner by the last trial; negative: no corner
+      real(wp) :: before = -1.0_wp !! arc length from the point to the corner by the previous trial; negative: no corner
       real(wp) :: chord = 0.0_wp                 !! chord length of the last trial
-      logical :: goes_around = .false.           !! true: the last trial would be on the path if the point itself were the corner
+      logical :: goes_around = .false. !! true: the last trial would be on the path if the corner were at the last accepted point
    end type corner_t
 
 contains
@@ -54,9 +55,9 @@ contains
       if (is_near) is_near = increment_for(problem, run, corner%length) < smallest(step, run%control)
    end function is_near
 
-   !> Part of a failed increment to try next: a half, or the part up to the corner. After an increment up to the corner has failed,
+   !> Part of a failed increment that is tried next: a half, or the part up to the corner. If an increment up to the corner fails,
    !> the next one is shorter by the uncertainty of the corner's position. If the corner is closer than this uncertainty, increments
-   !> are halved, and their tangents show whether there is a corner.
+   !> are halved, and the tangents of the shorter trials show whether there is a corner.
    pure real(wp) function part_before(problem, step, run, corner) result(part)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -88,7 +89,8 @@ contains
          & watched_displacement(problem, run%last%state, run%control%monitor))
    end function increment_for
 
-   !> True if two contact sets of the same size differ. On different meshes sets may differ in size and are not compared.
+   !> True if two contact sets have the same number of candidates but not the same contacts. Sets of different size belong to
+   !> different meshes and are not compared.
    pure logical function differ(one, other)
       logical, intent(in) :: one(:), other(:)
       differ = size(one) == size(other)

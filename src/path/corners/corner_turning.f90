@@ -3,8 +3,8 @@
 !>
 !> Behind a limit point the LCP of an increment may have no solution: along the tangent a contact has to open, but the path without
 !> that contact continues in a direction with a negative component along the tangent, so that no increment of the given length
-!> exists. The corner is therefore located with the contact set kept, as the zero of the first reaction or gap that violates its
-!> sign. Then the set is changed, and the new tangent has the direction in which the new gap opens or the new reaction grows.
+!> exists. The contact set is therefore kept until the first reaction or gap with the wrong sign is zero: this zero is the corner.
+!> Then the set is changed, and the new tangent has the direction in which the new gap opens or the new reaction grows.
 module corner_turning
    use kinds, only: wp
    use model, only: step_t
@@ -23,11 +23,13 @@ module corner_turning
    use path_continuity, only: path_tangent_at
    use node_contact_functional, only: reaction_rate, gap_rate
    use bracketing, only: bracket_t, new_bracket, next_guess, take_value
+   use contact_labels, only: contact_label
    implicit none
    private
    public :: turn_corner
 
-   real(wp), parameter :: least_load = 0.01_wp  !! part of the load factor that an increment after a corner may add
+   real(wp), parameter :: least_load = 0.01_wp !! largest change of the load factor in the first increment behind a corner, over the
+   !! load factor
 
 contains
 
@@ -36,12 +38,13 @@ contains
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      integer, intent(in) :: meshes              !! meshes made for the corner's errors, see arrival_t; if another mesh is
-      !! requested, nothing has changed
+      integer, intent(in) :: meshes !! number of meshes made for the errors of the corner, see arrival_t. If another mesh is
+      !! requested, problem and run are unchanged
       class(recorder_t), intent(inout) :: recorder
-      type(request_t), intent(inout) :: request  !! requirements of the corner as a trial
-      logical, intent(out) :: turned             !! the path is at the corner, with its new contact set
-      logical, intent(out) :: finished           !! the step ended before
+      type(request_t), intent(inout) :: request !! what the corner requires before it can be accepted as a point (smaller residual,
+      !! another mesh)
+      logical, intent(out) :: turned             !! true: the run is at the corner, with the contact set behind the corner
+      logical, intent(out) :: finished           !! true: the step ended at an event before the corner
       type(outcome_t), intent(inout) :: outcome
       type(path_point_t) :: place
       integer, allocatable :: corner(:)          ! candidates that change at the corner
@@ -73,7 +76,7 @@ contains
       if (.not. turned) then
          outcome%why = 'no way on from where the contact set changes'
       else if (is_arc_length(run%control%method)) then
-         ! Behind the corner the structure may be stiffer; the load increment is limited to that before the corner.
+         ! Behind the corner the structure may be stiffer than before: the load increment is limited to the one before the corner.
          if (load < abs(run%last%tangent%load) * run%control%increment) run%control%increment = load / abs(run%last%tangent%load)
       else
          call check_return(problem, step, run, outcome)
@@ -91,9 +94,7 @@ contains
       beyond = place
       beyond%active = active
       regions = size(find_regions(problem, beyond)) - size(find_regions(problem, place))
-      label = ''
-      if (regions > 0) label = 'C+'
-      if (regions < 0) label = 'C-'
+      label = contact_label(max(regions, 0), max(-regions, 0))
    end function corner_label
 
    !> Searches for a corner within one increment from a point. Several candidates may change together, for example by symmetry.
@@ -101,12 +102,13 @@ contains
       type(problem_t), intent(in) :: problem
       type(path_point_t), intent(in) :: start
       type(control_t), intent(in) :: control
-      type(path_point_t), intent(out) :: place !! converged, with the contact set of `start`, whose signs are about to change
-      integer, allocatable, intent(out) :: corner(:) !! candidates that change
+      type(path_point_t), intent(out) :: place !! point at the corner; converged with the contact set of `start`, one sign of which
+      !! is about to change
+      integer, allocatable, intent(out) :: corner(:) !! candidates whose contact changes at the corner
       type(increment_t), intent(out) :: report
       logical, intent(out) :: found
-      real(wp), parameter :: at_once = 1.0e-8_wp !! share of an increment within which signs change together; no input
-      !! deck changes from 1E-9 to 1E-7
+      real(wp), parameter :: at_once = 1.0e-8_wp !! part of an increment within which sign changes count as simultaneous; with
+      !! values from 1E-9 to 1E-7 every deck in input has the same results
       type(path_point_t) :: beyond
       type(control_t) :: part
       real(wp), allocatable :: before(:), after(:), ends(:)
@@ -141,11 +143,11 @@ contains
          if (found) exit
          call take_value(bracket, fraction, after(first))
       end do
-      ! The corner is valid only if no other candidate has changed its sign before.
+      ! The corner is valid only if no other gap or reaction has changed its sign before it.
       if (found) found = all(after >= -1.0e-6_wp .or. before < 0.0_wp)
       if (.not. found) return
       do k = 1, size(after)
-         ! Other candidates whose signs change at the corner, too.
+         ! Further candidates whose gap or reaction changes its sign at the same corner.
          if (after(k) >= huge(1.0_wp) .or. before(k) < 0.0_wp .or. ends(k) >= 0.0_wp) cycle
          if (k /= first .and. after(k) > at_once * (before(k) - ends(k))) cycle
          corner = [corner, k]
@@ -180,13 +182,13 @@ contains
          end associate
       end do
       none = 0.0_wp
-      ! The rates refer to a unit of the load factor.
+      ! The rates are derivatives with respect to the load factor.
       point%tangent = path_tangent_at(problem, point%system, none, sign(1.0_wp, rate))
       call evaluate_tests(problem, point)
    end subroutine leave_corner
 
-   !> Dimensionless reactions of active candidates and gaps of the others: all are positive while the contact set is valid.
-   !> Bilateral candidates have no condition and return the value huge.
+   !> Dimensionless reactions of active candidates, and dimensionless gaps of open candidates: all are positive while the contact
+   !> set is valid. A bilateral candidate has no sign condition; its value is `huge`.
    function signs(problem, active, point) result(value)
       type(problem_t), intent(in) :: problem
       logical, intent(in) :: active(:)

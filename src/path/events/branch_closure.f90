@@ -1,7 +1,7 @@
-!> Closure of a path: a branch returns to a bifurcation of its parent path, or a path to one of its own critical points. At a
-!> bifurcation two paths cross: the load of one may have an extremum, an eigenvalue may reach zero without changing its sign, and no
-!> increment converges close by; but its position is known from the parent path. A path that returns to one of its own limit points
-!> or contact changes is a closed loop or retraces itself.
+!> Closure of a path: a branch returns to a bifurcation of its parent path, or a path returns to one of its own critical points. At
+!> a bifurcation two paths cross. On one of them the load may have an extremum there, an eigenvalue may reach zero without changing
+!> its sign, and no increment converges close to the bifurcation; but the position of the bifurcation is known from the parent path.
+!> A path that returns to one of its own limit points or contact changes is a closed loop or retraces itself.
 module branch_closure
    use kinds, only: wp
    use text, only: to_text
@@ -20,8 +20,9 @@ module branch_closure
    private
    public :: on_parent_path, check_parent_path, check_closure
 
-   real(wp), parameter :: near = 1.0e-4_wp       !! part of the path length: the accuracy to which events are located; no input deck
-   !! changes from 1E-5 to 1E-3
+   real(wp), parameter :: near = 1.0e-4_wp !! largest distance from a known critical point, over the length of the path, at which
+   !! the path counts as returned to that point: the accuracy with which events are located; with values from 1E-5 to 1E-3 every
+   !! deck in input has the same results
 
 contains
 
@@ -38,8 +39,8 @@ contains
       travelled = run%arc_length - run%left_at + path_length(problem, run%last%state, place)
       do j = 1, size(run%home%list)
          if (run%home%list(j)%label /= 'BP') cycle
-         distance = path_length(problem, seen_here(problem, place, run%home%list(j)), place)
-         on_parent_path = on_parent_path .or. (distance <= near * travelled .and. comes_back(run, run%home%list(j), distance))
+         distance = path_length(problem, transferred_here(problem, place, run%home%list(j)), place)
+         on_parent_path = on_parent_path .or. (distance <= near * travelled .and. has_returned(run, run%home%list(j), distance))
       end do
    end function on_parent_path
 
@@ -49,7 +50,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(state_t), intent(in) :: place
-      character(*), intent(in) :: label          !! LP, C+ or C-, which count as the same: contact gained is lost on the way back
+      character(*), intent(in) :: label !! label of the point: LP, C+ or C-. C+ and C- are not distinguished: a contact that begins
+      !! on the way out ends on the way back
       type(outcome_t), intent(inout) :: outcome
       real(wp) :: here
       integer :: j
@@ -57,7 +59,7 @@ contains
       do j = 1, size(run%critical_points%list)
          associate (critical_point => run%critical_points%list(j))
             if (critical_point%label(1:1) /= label(1:1)) cycle
-            if (.not. path_length(problem, seen_here(problem, place, critical_point), &
+            if (.not. path_length(problem, transferred_here(problem, place, critical_point), &
                & place) < near * (here - critical_point%arc_length)) cycle
             outcome%home = .true.
             outcome%why = 'the path comes back to its point '//to_text(critical_point%point)//' at load factor '// &
@@ -74,7 +76,8 @@ contains
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
       type(event_t), allocatable, intent(inout) :: events(:)
-      type(located_event_t), allocatable, intent(out) :: home !! the known bifurcation; not allocated: none is passed
+      type(located_event_t), allocatable, intent(out) :: home !! the known bifurcation that the increment passes; not allocated: the
+      !! increment passes none
       type(relation_t) :: relation
       type(state_t) :: place
       real(wp) :: before, after
@@ -85,12 +88,12 @@ contains
       do j = 1, size(run%home%list)
          associate (critical_point => run%home%list(j))
             if (critical_point%label /= 'BP' .or. critical_point%multiplicity == 0) cycle
-            place = seen_here(problem, trial%state, critical_point)
+            place = transferred_here(problem, trial%state, critical_point)
             before = path_length(problem, run%last%state, place)
             after = path_length(problem, place, trial%state)
-            ! On a circle the sum of the chords to the middle exceeds the chord of the whole increment by turn^2/32 of its length;
-            ! four times this is allowed.
-            if (max(before, after) < relation%length .and. comes_back(run, critical_point, before) .and. &
+            ! On a circular path the sum of the two chords to the middle of an increment exceeds the chord of the whole increment by
+            ! the fraction turn^2/32 (turn: angle between the end tangents); four times this fraction is allowed.
+            if (max(before, after) < relation%length .and. has_returned(run, critical_point, before) .and. &
                & before + after <= (1.0_wp + 0.125_wp * relation%turn**2 + near) * relation%length) then
                allocate (home)
                home%event = event_t(kind=event_bifurcation, label='BP', scale=critical_point%scale)
@@ -101,7 +104,7 @@ contains
                home%point%tangent = run%last%tangent
                call evaluate_tests(problem, home%point)
                home%located = .true.
-               events = pack(events, [(.not. is_that(events(i)), i=1, size(events))])
+               events = pack(events, [(.not. repeats_home(events(i)), i=1, size(events))])
                return
             end if
          end associate
@@ -109,26 +112,27 @@ contains
 
    contains
 
-      !> True if an event only repeats the known bifurcation: a change of inertia, or a load extremum at this bifurcation.
-      pure logical function is_that(event)
+      !> True if an event only repeats the known bifurcation: a change of the pivot count, or an extremum of the load, at the same
+      !> position.
+      pure logical function repeats_home(event)
          type(event_t), intent(in) :: event
-         is_that = event%kind == event_bifurcation
-         if (event%kind == event_limit) is_that = (place%load_factor - run%last%state%load_factor) * &
+         repeats_home = event%kind == event_bifurcation
+         if (event%kind == event_limit) repeats_home = (place%load_factor - run%last%state%load_factor) * &
             & (place%load_factor - trial%state%load_factor) > 0.0_wp
-      end function is_that
+      end function repeats_home
    end subroutine check_parent_path
 
-   !> True if the path has returned to a bifurcation that it had left: always on a branch; otherwise if its arc length since then is
-   !> more than twice its distance from the bifurcation.
-   pure logical function comes_back(run, critical_point, distance)
+   !> True if the path has returned to a bifurcation from which it had started or which it had passed. On a branch this is always
+   !> so; on other paths only if the arc length since the bifurcation is more than twice the distance from it.
+   pure logical function has_returned(run, critical_point, distance)
       type(path_state_t), intent(in) :: run
       type(critical_point_t), intent(in) :: critical_point
       real(wp), intent(in) :: distance           !! arc length from the bifurcation
-      comes_back = run%branch > 0 .or. run%arc_length - critical_point%arc_length > 2.0_wp * distance
-   end function comes_back
+      has_returned = run%branch > 0 .or. run%arc_length - critical_point%arc_length > 2.0_wp * distance
+   end function has_returned
 
-   !> State of a critical point, transferred to the present mesh.
-   function seen_here(problem, here, critical_point) result(state)
+   !> State of a critical point, transferred to the mesh of `here`.
+   function transferred_here(problem, here, critical_point) result(state)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: here          !! any state on the present mesh
       type(critical_point_t), intent(in) :: critical_point
@@ -137,5 +141,5 @@ contains
       if (problem%deck_mesh) return
       state%geometry = here%geometry
       call carry_to(critical_point%problem, critical_point%state, problem, state)
-   end function seen_here
+   end function transferred_here
 end module branch_closure

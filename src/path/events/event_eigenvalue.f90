@@ -17,8 +17,8 @@ module event_eigenvalue
 
 contains
 
-   !> Eigenvalue that changes its sign at the event, at a point near it; for a detachment an eigenvalue of the rods on force-free
-   !> contacts.
+   !> Eigenvalue that changes its sign at the event, evaluated at a point near the event. For a detachment it is an eigenvalue of
+   !> the structure without its force-free line contacts.
    real(wp) function zero_eigenvalue(problem, event, point, found) result(mu)
       type(problem_t), intent(in) :: problem
       type(event_t), intent(in) :: event
@@ -44,20 +44,20 @@ contains
          call lowest_modes(problem, point%state, point%system, most_null_vectors, modes, error)
       end if
       mu = numbered_eigenvalue(modes, event%number, event%least, event%most)
-      ! At the zero itself the sign of the eigenvalue is rounding and does not determine its number: the smallest eigenvalue is
-      ! returned.
+      ! At the event itself the sign of the vanishing eigenvalue is rounding, so that its number in the order is unknown: the
+      ! smallest eigenvalue is returned.
       if (event%kind == event_release .and. size(modes%mu) > 1) then
          if (abs(modes%mu(1)) <= alone * abs(modes%mu(2))) mu = modes%mu(1)
       end if
       if (present(found)) found = modes
    end function zero_eigenvalue
 
-   !> Selects the eigenvalue of the event at samples on both sides of its zero, if other eigenvalues vanish there, too. Among the
+   !> Selects the eigenvalue of the event at samples on both sides of the event, if several eigenvalues vanish there. Among the
    !> eigenvalues that change their sign, the k-th by magnitude is the same eigenvalue on both sides.
    pure subroutine follow_through_zero(modes, event, mu)
       type(modes_t), intent(in) :: modes(n_samples)
       type(event_t), intent(in) :: event
-      real(wp), intent(inout) :: mu(n_samples)  !! in: eigenvalues selected by their number in the order
+      real(wp), intent(inout) :: mu(n_samples)  !! eigenvalue at each sample; in: selected by its number in the order
       integer :: first, last, k, i, j, left
       logical :: wanted, beyond
       first = negative_count(modes(1))
@@ -69,7 +69,7 @@ contains
          beyond = abs(negative_count(modes(i)) - last) < abs(negative_count(modes(i)) - first)
          wanted = merge(last > first, first > last, beyond)
          left = k
-         ! Eigenvalues are sorted by magnitude.
+         ! The eigenvalues in `modes` are sorted by magnitude.
          do j = 1, modes(i)%n
             if (modes(i)%mu(j) < 0.0_wp .neqv. wanted) cycle
             left = left - 1
@@ -78,7 +78,7 @@ contains
       end do
    end subroutine follow_through_zero
 
-   !> Number of negative eigenvalues that event functions use; signs of refined values are used where these were computed.
+   !> Number of negative eigenvalues that event functions use. Where refined eigenvalues were computed, their signs are counted.
    pure integer function negative_count(modes)
       type(modes_t), intent(in) :: modes
       negative_count = modes%pivots - modes%hinges - count(modes%was_negative) + count(modes%mu < 0.0_wp)

@@ -10,6 +10,7 @@ module event_location
    use path_continuity, only: between, lies_between, alike, largest_distance
    use increment_points, only: division_t, new_division, point_within, chord_fraction, part_of_increment
    use corrector, only: increment_t, correct
+   use contact_labels, only: contact_gained
    use path_events, only: event_t, event_value, note_of_corner, event_bifurcation, event_release, event_contact, event_limit, &
       & event_turning, event_value_reached, event_stop
    use located_events, only: located_event_t, note_balance
@@ -29,13 +30,13 @@ module event_location
 contains
 
    !> Finds the zero of the event function between the last accepted point and the trial. The event counts as located if the zero is
-   !> within tolerance, lies on the path between the two points, and has the properties of its kind.
+   !> within tolerance, lies on the path between the two points, and satisfies the definition of the event's kind.
    subroutine locate_event(problem, step, run, trial, located_event)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
-      type(located_event_t), intent(inout) :: located_event !! its event is given on entry
+      type(located_event_t), intent(inout) :: located_event !! in: the detected event; out: also its position and state
       type(division_t) :: division
       real(wp) :: before
       division = new_division(problem, run, trial, located_event%event%steady_load)
@@ -47,7 +48,7 @@ contains
          call look_behind(problem, step, run, trial, division, located_event)
          located_event%event%before = before
          if (located_event%located) return
-         ! The event may be placed at the last point only if this point is in equilibrium on the new mesh.
+         ! The event may be placed at the last accepted point only if this point is in equilibrium on the present mesh.
          call note_balance(step, run%last%system, located_event%report, located_event%located)
          if (.not. located_event%located) return
          located_event%point = run%last
@@ -59,20 +60,22 @@ contains
       call locate_by_function(problem, step, run, trial, division, located_event)
       if (.not. located_event%located) return
       if (division%smooth) then
-         located_event%located = is_what_it_says(problem, step, run, trial, located_event)
-         ! If a line contact has just become a point contact, the load may be constant and its rate change sign by rounding only.
+         located_event%located = satisfies_definition(problem, step, run, trial, located_event)
+         ! After a line contact has just become a point contact the load may be constant: its rate then changes sign by rounding
+         ! only.
          if (located_event%event%kind == event_limit .and. run%since_change%shrunk .and. .not. located_event%located) &
             & call take_beginning(step, run, located_event)
       else if (division%length > 0.0_wp .and. is_arc_length(run%control%method)) then
-         ! The fraction of load and displacement increments is that of their controlled quantity, which is defined even if nothing
-         ! moves.
+         ! The event's fraction of the load and displacement increments equals its fraction of the controlled quantity. The
+         ! controlled quantity changes even if no node moves.
          located_event%fraction = chord_fraction(problem, run, division, located_event%point%state)
       end if
    end subroutine locate_event
 
-   !> Locates a value event by a correction with the value as the constraint, from a point interpolated between the ends of the
-   !> increment. The event is not located if the value cannot be prescribed, if it is not monotonic within the increment (two
-   !> points may have it), or if no such point lies between the ends.
+   !> Locates the point at which the load factor or a monitor has a given value: the value is the constraint of a correction that
+   !> starts from a point interpolated between the ends of the increment. The event is not located if the value cannot be
+   !> prescribed, if it is not monotonic within the increment (two points may then have it), or if the corrected point is not
+   !> between the ends.
    subroutine locate_by_holding(problem, run, trial, division, located_event)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -89,7 +92,7 @@ contains
          part = event%before / (event%before - event%after)
          here%state = between(problem, from%state, trial%state, from%tangent, trial%tangent, part)
          here%system = from%system
-         ! If the value hardly changes with the load, the residual becomes small before the load is exact.
+         ! If the value hardly depends on the load, the residual becomes small before the load factor is exact.
          call correct(problem, from%state, holding_value(event%monitor, -event%before), .false., here%state, here%system, report, &
             & again=.true.)
          if (.not. report%converged) return
@@ -107,13 +110,13 @@ contains
    !> Derivative of the load factor or of a monitored displacement by arc length.
    real(wp) function value_rate(problem, monitor, point) result(rate)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: monitor               !! 0: the load factor
+      integer, intent(in) :: monitor               !! index of the monitor; 0: the load factor
       type(path_point_t), intent(in) :: point
       rate = point%tangent%load
       if (monitor > 0) rate = rate * monitor_change(problem, monitor, point%state, point%system, point%system%tangent, 1.0_wp)
    end function value_rate
 
-   !> Locates the zero of the event function by points of the increment.
+   !> Locates the zero of the event function from corrected points inside the increment.
    subroutine locate_by_function(problem, step, run, trial, division, located_event)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -133,29 +136,29 @@ contains
       end if
    end subroutine locate_by_function
 
-   !> True if contact with a foundation began or ended, or the load rate changed its sign, when the last point was transferred to
-   !> another mesh: then the event lies at that point within its error bar.
+   !> True if contact with a foundation began or ended, or the load rate changed its sign, when the last accepted point was
+   !> transferred to another mesh. The event then lies at that point within its error bar.
    pure logical function passed_by_mesh(run, event) result(passed)
       type(path_state_t), intent(in) :: run
-      type(event_t), intent(in) :: event           !! load rate: its value before the event is that on the previous mesh
+      type(event_t), intent(in) :: event           !! load rate: event%before is the value on the previous mesh
       real(wp) :: there                            ! sign of the event function behind the event
       passed = event%kind == event_limit .and. event%before * run%last%tangent%load < 0.0_wp
       if (passed) return
       passed = event%kind == event_contact .and. event%ground%contact > 0
       if (.not. passed) return
-      there = merge(1.0_wp, -1.0_wp, event%label == 'C+')
+      there = merge(1.0_wp, -1.0_wp, event%label == contact_gained)
       passed = min(there * event%before, there * event%after) > 0.0_wp
    end function passed_by_mesh
 
-   !> Searches for the event before the last point, on the present mesh. The secant of the event function over the increment is
-   !> extrapolated to its zero, but not beyond the start of the step or branch.
+   !> Searches for the event before the last accepted point, on the present mesh. The secant of the event function over the
+   !> increment is extrapolated to its zero, but not beyond the start of the step or branch.
    subroutine look_behind(problem, step, run, trial, division, located_event)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
-      type(division_t), intent(in) :: division     !! fractions of the increment
-      type(located_event_t), intent(inout) :: located_event !! unchanged if the event is not located there
+      type(division_t), intent(in) :: division     !! defines the fractions of the increment
+      type(located_event_t), intent(inout) :: located_event !! unchanged if the event is not located before the last accepted point
       type(located_event_t) :: found
       type(division_t) :: part
       type(path_state_t) :: behind
@@ -167,7 +170,7 @@ contains
       fraction = 2.0_wp * located_event%event%before / fall
       if (-fraction * division%length > run%arc_length - run%left_at) return
       call copy_path_state(run, behind)
-      if (located_event%event%ground%contact > 0) call forget_opening(problem, located_event%event, behind%last%state)
+      if (located_event%event%ground%contact > 0) call reset_segments(problem, located_event%event, behind%last%state)
       part = division
       call point_within(problem, behind, trial, part, fraction, .true., .false., point, found%report)
       if (.not. found%report%converged) return
@@ -189,9 +192,9 @@ contains
       located_event = found
    end subroutine look_behind
 
-   !> Resets the open segments of a foundation at its contact change: they describe the contact on one side of the event only, and
-   !> elements detect the contact again on the other side.
-   pure subroutine forget_opening(problem, event, state)
+   !> Marks as unknown the force-law segments of elements whose contact with a foundation changes at the event. The stored segments
+   !> describe the contact on one side of the event only; on the other side the elements determine their segments again.
+   pure subroutine reset_segments(problem, event, state)
       type(problem_t), intent(in) :: problem
       type(event_t), intent(in) :: event           !! contact change with a foundation
       type(state_t), intent(inout) :: state
@@ -204,7 +207,7 @@ contains
          if (closed > 0.0_wp) at = event%ground%from + modulo(at - event%ground%from, closed)
          if (at > event%ground%from .and. at < event%ground%to) state%segment(c) = segment_unknown
       end do
-   end subroutine forget_opening
+   end subroutine reset_segments
 
    !> Finds the zero of the event function by Chandrupatla's bracketing rule.
    subroutine bracket_zero(problem, step, run, trial, division, located_event)
@@ -230,16 +233,16 @@ contains
          event%scale = bracket%scale
          below = run%last
          above = trial
-         ! A contact region that is lost may have no gap if something else supports the node. If the contact is kept closed in the
-         ! search, its reaction changes sign at the event.
+         ! The gap at a contact region that is lost may stay zero if a support carries the node. The search therefore keeps the
+         ! contact closed; its reaction then changes sign at the event.
          located = abs(bracket%f_high) <= step%locate_tolerance * bracket%scale .and. .not. held
          search: do while (.not. located)
             if (.not. next_guess(bracket, step%locate_tolerance, located_event%fraction)) then
                located_event%point = above
                located_event%fraction = bracket%high
-               ! The bracket cannot be narrowed further. A continuous event function then has nearly equal values at its ends; a
-               ! function that jumps has no zero. A contact change is accepted by the length of its bracket alone: the contact force
-               ! may begin with any slope, and one node more or less in contact may change it by a jump.
+               ! The bracket cannot be narrowed further. A continuous event function has nearly equal values at its ends; a function
+               ! with a jump has no zero. A contact change is accepted by the length of the bracket alone: the contact force may
+               ! begin with any slope, and may jump if one node more or less is in contact.
                if (event%kind == event_limit) call take_corner()
                if (event%corner) exit search
                if (event%kind == event_contact) then
@@ -250,10 +253,11 @@ contains
                end if
                exit search
             end if
-            ! With the contact set of the start the event function of a contact change is smooth through its zero.
+            ! With the contact set of the increment's first end the event function of a contact change is smooth through its zero.
             call point_within(problem, run, trial, division, located_event%fraction, held, held, here, located_event%report)
             if (held .and. located_event%report%converged) then
-               ! If other candidates violate their conditions with the first end's contact set, the LCP determines the set.
+               ! If other candidates violate their sign conditions with the contact set of the first end, the LCP determines the
+               ! set.
                if (.not. holds_elsewhere(problem, here%system, event%marked, here%state)) then
                   held = .false.
                   cycle search
@@ -267,7 +271,8 @@ contains
                f = event_value(problem, event, here%state, here%test_values)
             end if
             located_event%point = here
-            ! Distance to the zero as a change of the load factor, estimated by the flatter of the secants to both ends.
+            ! Change of the load factor between the point and the zero, estimated with the smaller slope of the two secants to the
+            ! bracket's ends.
             left = abs(f) * max(abs(above%state%load_factor - here%state%load_factor) / max(abs(f_above - f), tiny(f)), &
                & abs(here%state%load_factor - below%state%load_factor) / max(abs(f - f_below), tiny(f)))
             located = abs(f) <= step%locate_tolerance * bracket%scale .and. left <= step%locate_tolerance * &
@@ -282,14 +287,14 @@ contains
                f_above = f
             end if
          end do search
-         ! Eigenvalues may jump without a bifurcation if the contact set changes.
+         ! The eigenvalues may jump across zero without a bifurcation if the contact set changes.
          if (releases .and. located) located = all(below%state%active .eqv. above%state%active)
       end associate
 
    contains
 
-      !> Accepts a limit point at a corner of the path if the load has an extremum there. At a corner the load rate jumps through
-      !> zero, because the contact set changes or a penetration passes a corner of its force law.
+      !> Accepts a limit point at a corner of the path, if the load has an extremum there. At a corner the load rate jumps from one
+      !> sign to the other, because the contact set changes or a penetration passes a corner of its force law.
       subroutine take_corner()
          type(law_corner_t) :: law
          law = corner_between(problem, below%state, above%state)
@@ -304,8 +309,8 @@ contains
       end subroutine take_corner
    end subroutine bracket_zero
 
-   !> Corrects the located state to the exact value. If the value cannot be prescribed or the corrector fails, the state is
-   !> unchanged, and its error bar contains the difference.
+   !> Corrects the located state so that it has the prescribed value exactly. If the value cannot be prescribed or the corrector
+   !> fails, the state is unchanged, and its error bar contains the difference.
    subroutine meet_value(problem, run, located_event)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -325,9 +330,9 @@ contains
       located_event%point = there
    end subroutine meet_value
 
-   !> True if the located state lies on the path between both ends and, for a limit point, its load is not below (maximum) or above
-   !> (minimum) the loads of both ends.
-   logical function is_what_it_says(problem, step, run, trial, located_event) result(right)
+   !> True if the located state lies on the path between both ends of the increment and, for a limit point, its load is not below
+   !> (maximum) or above (minimum) the loads of both ends.
+   logical function satisfies_definition(problem, step, run, trial, located_event) result(right)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
@@ -338,18 +343,18 @@ contains
          & located_event%point%state)
       if (located_event%event%kind == event_limit) right = right .and. is_extreme(step, run%last%state%load_factor, &
          & trial%state%load_factor, located_event)
-   end function is_what_it_says
+   end function satisfies_definition
 
    !> True if the load of a located limit point is above (maximum) or below (minimum) the loads of both ends of the increment.
    pure logical function is_extreme(step, first, last, located_event) result(right)
       type(step_t), intent(in) :: step
-      real(wp), intent(in) :: first, last          !! load factors of the ends
+      real(wp), intent(in) :: first, last          !! load factors of the increment's first and second end
       type(located_event_t), intent(in) :: located_event
       real(wp) :: noise
       right = .true.
       associate (top => located_event%point%state%load_factor)
-         ! The load of a limit point is stationary, so that its error is of the second order in the position error. The loads of the
-         ! ends have the error that the tolerance of the iteration allows.
+         ! The load of a limit point is stationary, so that its error is of the second order in the error of its position. The loads
+         ! of the increment's ends have the error that the tolerance of the Newton iteration allows.
          noise = step%locate_tolerance * max(abs(top - first), abs(top - last)) + 4.0_wp * spacing(top) + &
             & step%tolerance * max(abs(first), abs(last))
          if (located_event%event%before > 0.0_wp) right = right .and. top >= max(first, last) - noise
@@ -366,8 +371,8 @@ contains
       type(state_t), intent(in) :: state
       real(wp) :: least
       least = sign_slack * system%force_scale
-      ! A contact region kept closed may have tension at one node and pressure at another: a zero of their sum is no loss of
-      ! contact.
+      ! A contact region that is kept closed may have tension at one node and pressure at another. A zero of the sum of these
+      ! reactions is not a loss of contact.
       holds = .not. (any(marked .and. state%active .and. state%reaction < -least) .and. &
          & any(marked .and. state%active .and. state%reaction > least))
       if (.not. holds) return

@@ -1,4 +1,5 @@
-!> Relations between the events of one increment: duplicates, order, and the number of negative pivots before each.
+!> Relations between the events of one increment: duplicates, order along the path, and the number of negative pivots before each
+!> event.
 module event_order
    use kinds, only: wp
    use path_point, only: path_point_t
@@ -9,22 +10,22 @@ module event_order
    private
    public :: duplicates_of, beside, one_sided, count_before, by_fraction, same_place
 
-   real(wp), parameter :: same_place = 1.0e-5_wp !! fraction of the increment: located events closer than this coincide; no
-   !! input deck changes from 1E-6 to 1E-4
+   real(wp), parameter :: same_place = 1.0e-5_wp !! fraction of the increment: located events closer than this coincide; with values
+   !! from 1E-6 to 1E-4 every deck in input has the same results
 
 contains
 
-   !> (seen) true: the event is not reported on its own. Such events are:
+   !> (seen) true: the event is not reported as an event of its own. Not reported are
    !> - bifurcations that repeat the sign change of a limit point or are further eigenvalues of a multiple bifurcation,
-   !> - jumps of the pivot count due to a change of the contact set or to rounding at a last point that is itself a bifurcation,
+   !> - jumps of the pivot count due to a change of the contact set, or to rounding if the last accepted point is a bifurcation,
    !> - bifurcations behind the trial,
-   !> - limit points beside a contact change that were not located.
-   !> If the contact set is unchanged up to the trial, the pivot count has no jumps: a change without a located bifurcation then
-   !> means that the trial is on another path.
+   !> - limit points beside a contact change, if they were not located.
+   !> If the contact set is unchanged up to the trial, the pivot count has no jumps. A change of the count without a located
+   !> bifurcation then means that the trial is on another path.
    function duplicates_of(run, trial, changes, seen) result(duplicate)
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
-      logical, intent(in) :: changes             !! the contact set will change at the trial
+      logical, intent(in) :: changes             !! true: the contact set changes at the trial
       type(located_event_t), intent(in) :: seen(:)
       logical :: duplicate(size(seen))
       logical :: set_changes, jumps, contact_located, limit_counted
@@ -42,7 +43,7 @@ contains
          else if (.not. seen(i)%located) then
             duplicate(i) = jumps
          else
-            ! The force of a contact that begins or ends is zero there, and the inertia is undefined.
+            ! At a contact change the force of the contact is zero, and the number of negative pivots is undefined.
             duplicate(i) = (run%on_bifurcation .or. set_changes) .and. seen(i)%fraction <= same_place
             duplicate(i) = duplicate(i) .or. (set_changes .and. seen(i)%fraction >= 1.0_wp - same_place)
             do k = 1, size(seen)
@@ -59,7 +60,7 @@ contains
       end do
    end function duplicates_of
 
-   !> (seen) for a located limit point at a corner of the path: index of the located contact change at the same position. 0: none.
+   !> (seen) for a located limit point at a corner of the path: index of the located contact change at the same position; 0: none.
    pure function beside(seen) result(change)
       type(located_event_t), intent(in) :: seen(:)
       integer :: change(size(seen))
@@ -84,7 +85,7 @@ contains
       one_sided = run%last%test_values%load_rate * trial%test_values%load_rate < 0.0_wp .and. &
          & all(run%last%state%active .eqv. trial%state%active) .and. &
          & modulo(trial%test_values%negative_pivots - run%last%test_values%negative_pivots, 2) == 0
-      ! If bifurcations were located at the limit point, they already account for the further eigenvalues.
+      ! If bifurcations were located at the same position as the limit point, these explain the further eigenvalues.
       do i = 1, size(seen)
          one_sided = one_sided .and. .not. (seen(i)%event%meets .and. seen(i)%located)
          if (seen(i)%event%kind == event_limit .and. seen(i)%located) one_sided = one_sided .and. .not. any( &
@@ -92,8 +93,8 @@ contains
       end do
    end function one_sided
 
-   !> Number of negative pivots just before a position in the increment. At an event itself an eigenvalue may be zero, so that the
-   !> signs of the pivots are rounding.
+   !> Number of negative pivots just before a position in the increment. (At an event itself an eigenvalue may be zero, and the
+   !> signs of pivots are then rounding.)
    pure integer function count_before(run, seen, duplicate, fraction) result(pivots)
       type(path_state_t), intent(in) :: run
       type(located_event_t), intent(in) :: seen(:)

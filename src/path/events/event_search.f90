@@ -18,12 +18,13 @@ module event_search
    !> Results of the search for events, before anything is recorded.
    type :: findings_t
       type(located_event_t), allocatable :: seen(:)
-      logical :: closes_branch = .false.          !! the last event is a branch closure: the branch returns to its parent path
-      logical, allocatable :: duplicate(:)     !! (seen) true: duplicate of another event, or spurious; not reported
-      integer, allocatable :: beside(:) !! (seen) limit point at a corner: index of the contact change there; 0: none
-      logical :: stops = .false.               !! the trial meets the stop condition
-      logical :: as_it_is = .false.            !! the mesh will not be refined, however large the errors are
-      type(error_bars_t), allocatable :: bars  !! error bars of the trial; not allocated: not shown
+      logical :: closes_branch = .false.          !! the last event is a bifurcation of the parent path, at which the branch ends
+      logical, allocatable :: duplicate(:)     !! (seen) true: the event is not reported, see duplicates_of
+      integer, allocatable :: beside(:) !! (seen) for a limit point at a corner: index of the contact change at the same position;
+      !! 0: none
+      logical :: stops = .false.               !! the trial meets the stop condition of the step
+      logical :: as_it_is = .false.            !! true: the mesh is not refined for this increment, however large the errors are
+      type(error_bars_t), allocatable :: bars  !! error bars of the trial; not allocated: the deck requests none for it
    end type findings_t
 
 contains
@@ -32,9 +33,9 @@ contains
    subroutine find_events(problem, step, run, trial, findings)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run   !! the rates of an unloaded start become those of the trial
+      type(path_state_t), intent(inout) :: run   !! if it is at an unloaded start, the rates there become those of the trial
       type(path_point_t), intent(in) :: trial
-      type(findings_t), intent(out) :: findings  !! components not determined here keep their defaults
+      type(findings_t), intent(out) :: findings  !! components that this procedure does not set keep their defaults
       type(event_t), allocatable :: events(:)
       type(located_event_t), allocatable :: home
       if (run%fresh) then
@@ -42,19 +43,19 @@ contains
          run%last%test_values%monitor_rate = trial%test_values%monitor_rate
       end if
       call detect_events(problem, step, run%last%test_values, trial%test_values, run%last%state, trial%state, events)
-      call tell_meetings(problem, run, trial, events)
+      call distinguish_crossings(problem, run, trial, events)
       call check_parent_path(problem, run, trial, events, home)
       findings%closes_branch = allocated(home)
       allocate (findings%seen(0))
-      call look(problem, step, run, trial, events, findings%seen)
+      call locate_all(problem, step, run, trial, events, findings%seen)
       if (findings%closes_branch) findings%seen = [findings%seen, home]
       if (size(step%stop) > 0 .or. size(step%locate) > 0) call find_hidden_values(problem, step, run, trial, findings)
    end subroutine find_events
 
-   !> Tells limit points from bifurcations at which the load of this path has an extremum: a symmetric pitchfork, seen from the path
-   !> that leaves it on both sides. The load rate of both changes its sign; the stiffness along the path, t.K t/(t.q)^2 with the
-   !> path tangent t and the load vector q, does so at a limit point only.
-   subroutine tell_meetings(problem, run, trial, events)
+   !> Distinguishes limit points from bifurcations at which the load of this path has an extremum (a symmetric pitchfork, followed
+   !> along its branch). The load rate changes its sign at both. The stiffness along the path, t.K t/(t.q)^2 with the path tangent t
+   !> and the load vector q, changes its sign at a limit point only.
+   subroutine distinguish_crossings(problem, run, trial, events)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
@@ -69,9 +70,9 @@ contains
          events(k)%label = 'BP'
          events(k)%note = 'bifurcation, meets the path that this one leaves on its other side'
       end do
-   end subroutine tell_meetings
+   end subroutine distinguish_crossings
 
-   !> t.K t with the tangent stiffness K and the displacements t per unit load factor.
+   !> t.K t with the tangent stiffness K and the displacements t of the path tangent, divided by the square of its load rate.
    real(wp) function stiffness_along(problem, point) result(stiffness)
       type(problem_t), intent(in) :: problem
       type(path_point_t), intent(in) :: point
@@ -80,8 +81,8 @@ contains
       call apply_tangent(problem, point%state, point%system, moves, force, stiffness)
    end function stiffness_along
 
-   !> Finds prescribed values that are passed twice in one increment, before and behind a limit point, so that the values at its
-   !> ends do not show the passages. The increment is divided at the limit point.
+   !> Finds prescribed values that the path passes twice in one increment, before and behind a limit point. The values at the ends
+   !> of the increment do not show these passages. The increment is therefore divided at the limit point.
    subroutine find_hidden_values(problem, step, run, trial, findings)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -103,18 +104,18 @@ contains
       if (size(events) + size(beyond_it) == 0) return
       call drop_known(run%last%test_values, trial%test_values, events)
       n = size(findings%seen)
-      call look(problem, step, run, top, events, findings%seen)
+      call locate_all(problem, step, run, top, events, findings%seen)
       findings%seen(n + 1:)%fraction = part * findings%seen(n + 1:)%fraction
       call copy_path_state(run, beyond)
       beyond%last = top
       beyond%fresh = .false.
       call drop_known(run%last%test_values, trial%test_values, beyond_it)
       n = size(findings%seen)
-      call look(problem, step, beyond, trial, beyond_it, findings%seen)
+      call locate_all(problem, step, beyond, trial, beyond_it, findings%seen)
       findings%seen(n + 1:)%fraction = part + (1.0_wp - part) * findings%seen(n + 1:)%fraction
    end subroutine find_hidden_values
 
-   !> Index of the last located limit point, or else of a branch closure, which may be an extremum of the load; 0: none.
+   !> Index of the last located limit point, or else of a closure of the branch, which may be an extremum of the load; 0: neither.
    pure integer function limit_among(findings) result(limit)
       type(findings_t), intent(in) :: findings
       integer :: i
@@ -125,9 +126,8 @@ contains
       if (limit == 0 .and. findings%closes_branch) limit = size(findings%seen)
    end function limit_among
 
-   !> Locates the given events between the last point of a path state and a later point, and appends them to the events found
-   !> before.
-   subroutine look(problem, step, from, to, wanted, seen)
+   !> Locates the given events between the last accepted point of a path state and a later point, and appends them to `seen`.
+   subroutine locate_all(problem, step, from, to, wanted, seen)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: from
@@ -143,9 +143,9 @@ contains
       end do
       if (size(seen) > 0) found = [seen, found]
       call move_alloc(found, seen)
-   end subroutine look
+   end subroutine locate_all
 
-   !> Removes events whose value lies between the values at both ends of the whole increment: these were detected already.
+   !> Removes events whose value lies between the values at the ends of the whole increment: such events have been detected already.
    subroutine drop_known(first, last, events)
       type(test_values_t), intent(in) :: first, last
       type(event_t), allocatable, intent(inout) :: events(:)

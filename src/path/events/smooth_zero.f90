@@ -2,11 +2,11 @@
 !> (load rate), turning point (rate of a monitor).
 !>
 !> Near a bifurcation the last Newton correction is meaningless: the rounding of the residual divided by a vanishing eigenvalue is
-!> an arbitrary multiple of the null vector and may lead to the other path. On that path the eigenvalue may vanish or the load be
-!> stationary at the same point. The zero is therefore interpolated between points on both sides, far enough from it for Newton's
-!> method and near enough for a cubic. At a distance h (fraction of the increment) the errors are epsilon/h and h^4, which suggests
-!> h = epsilon^(1/5). Eigenvalues that vanish together change their order by value at the zero; their order by magnitude is the same
-!> on both sides.
+!> an arbitrary multiple of the null vector and may lead to the path that crosses there. On that path, too, the eigenvalue may
+!> vanish or the load be stationary at the same point. The zero is therefore interpolated between points on both sides, far enough
+!> from it for Newton's method and near enough for a cubic. At a distance h (fraction of the increment) the errors are epsilon/h and
+!> h^4, which suggests h = epsilon^(1/5). If several eigenvalues vanish together, their order by value changes at the zero; their
+!> order by magnitude is the same on both sides.
 module smooth_zero
    use kinds, only: wp
    use model, only: step_t
@@ -18,8 +18,8 @@ module smooth_zero
    use increment_points, only: division_t
    use path_events, only: event_bifurcation, event_limit
    use event_eigenvalue, only: zero_eigenvalue
-   use zero_search, only: zero_search_t, find_zero, swerve_per_force
-   use met_path, only: locate_on_met_path
+   use zero_search, only: zero_search_t, find_zero, tangent_turn_per_force
+   use crossing_path, only: locate_on_crossing_path
    use zero_at_end, only: take_beginning, take_nearer_end
    use located_events, only: located_event_t, note_balance
    use path_point, only: path_point_t, point_at, evaluate_tests
@@ -38,7 +38,7 @@ contains
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
       type(division_t), intent(inout) :: division
-      type(located_event_t), intent(inout) :: located_event !! sets located, point, fraction, and the scale of its event
+      type(located_event_t), intent(inout) :: located_event !! out: located, point, fraction, and the scale of the event are set
       type(zero_search_t) :: search
       logical :: decided, found
       located_event%located = .false.
@@ -48,15 +48,15 @@ contains
          if (decided) return
       end if
       located_event%event%scale = search%bracket%scale
-      ! A contact change at nodes may make the function jump, so that no zero can be interpolated. Foundations that act along
-      ! elements change their contact gradually.
+      ! A contact change at nodes may make the function jump, so that no zero can be interpolated. A foundation that acts along
+      ! elements changes its contact gradually; its function does not jump.
       if (.not. division%smooth .and. any(run%last%state%active .neqv. trial%state%active)) return
       if (located_event%event%meets) then
          associate (event => located_event%event, point => located_event%point)
             located_event%fraction = event%before / (event%before - event%after)
             point%tangent = path_tangent_t(run%last%tangent%u, 0.0_wp)
             point%state = between(problem, run%last%state, trial%state, run%last%tangent, trial%tangent, located_event%fraction)
-            call locate_on_met_path(problem, sign(1.0_wp, event%before), point%state, found)
+            call locate_on_crossing_path(problem, sign(1.0_wp, event%before), point%state, found)
          end associate
       else
          call find_zero(problem, step, run, trial, division, search, located_event, found)
@@ -64,9 +64,9 @@ contains
       if (found) call bring_to_balance(problem, step, located_event, found)
       if (found) then
          located_event%event%pivots = located_event%point%system%negative_pivots
-         ! The event is located: the residual of the interpolated state is within tolerance, and the function is zero relative to
-         ! its change over the increment. At the zero of an eigenvalue other test functions are undefined; their values at the
-         ! samples count instead.
+         ! The event counts as located if the residual of the interpolated state is within tolerance, and the function there is zero
+         ! relative to its change over the increment. At the zero of an eigenvalue the test functions of a bifurcation are
+         ! undefined; they are therefore evaluated at the samples.
          located_event%located = .true.
          if (located_event%event%kind == event_bifurcation) call confirm_bifurcation(problem, step, run, trial, search, &
             & located_event)
@@ -85,7 +85,8 @@ contains
       type(path_point_t), intent(in) :: trial
       type(bracket_t), intent(out) :: bracket
       type(located_event_t), intent(inout) :: located_event
-      logical, intent(out) :: decided               !! true: decided at the ends; no zero is searched inside the increment
+      logical, intent(out) :: decided !! true: the event was located, or rejected, at an end of the increment: no zero is searched
+      !! for inside
       real(wp) :: f
       f = zero_eigenvalue(problem, located_event%event, trial)
       bracket = new_bracket(zero_eigenvalue(problem, located_event%event, run%last), f)
@@ -93,17 +94,17 @@ contains
       located_event%later = bracket%f_low * f > 0.0_wp .and. located_event%event%before * f > 0.0_wp
       decided = located_event%later .or. bracket%f_low * located_event%event%before <= 0.0_wp
       if (located_event%later .or. .not. decided) return
-      ! The eigenvalue vanishes close to the last point, whose pivots have signs due to rounding.
+      ! The eigenvalue vanishes so close to the last accepted point that the signs of this point's pivots are rounding.
       call take_beginning(step, run, located_event)
       located_event%located = located_event%located .or. abs(bracket%f_low) <= sqrt(step%locate_tolerance) * bracket%scale
    end subroutine bracket_eigenvalue
 
-   !> Corrects the interpolated state if its residual is above tolerance, as happens if touchdown points move far between the
-   !> samples. Bifurcations are not corrected, for the reason given in the header.
+   !> Corrects the interpolated state if its residual is above tolerance. This happens if touchdown points move far between the
+   !> samples. Bifurcations are not corrected (reason: see the header of this module).
    subroutine bring_to_balance(problem, step, located_event, balanced)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(located_event_t), intent(inout) :: located_event !! its point has state and tangent on entry, and is complete on return
+      type(located_event_t), intent(inout) :: located_event !! in: its point has state and tangent; out: the point is complete
       logical, intent(out) :: balanced
       type(path_tangent_t) :: tangent
       type(control_t) :: hold
@@ -126,19 +127,19 @@ contains
       end associate
    end subroutine bring_to_balance
 
-   !> Checks that an eigenvalue is zero at the interpolated state, and computes the turn of the path tangent per unit force on the
-   !> null vector, by which two close paths would be distinguished. The order of vanishing eigenvalues is rounding, so that the
-   !> smallest one is checked.
+   !> Checks that an eigenvalue is zero at the interpolated state. Also computes the turn of the path tangent per unit force on the
+   !> null vector, which distinguishes a bifurcation from two paths close to each other. The order of vanishing eigenvalues is
+   !> rounding, so that the smallest eigenvalue is checked.
    subroutine confirm_bifurcation(problem, step, run, trial, search, located_event)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
       type(zero_search_t), intent(inout) :: search
-      type(located_event_t), intent(inout) :: located_event !! sets located, swerve
+      type(located_event_t), intent(inout) :: located_event !! out: located and tangent_turn are set
       real(wp) :: f
       f = zero_eigenvalue(problem, located_event%event, located_event%point, search%modes)
       located_event%located = minval(abs(search%modes%mu)) <= sqrt(step%locate_tolerance) * search%bracket%scale
-      located_event%swerve = swerve_per_force(search, path_length(problem, run%last%state, trial%state))
+      located_event%tangent_turn = tangent_turn_per_force(search, path_length(problem, run%last%state, trial%state))
    end subroutine confirm_bifurcation
 end module smooth_zero

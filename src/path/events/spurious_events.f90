@@ -1,4 +1,5 @@
-!> Spurious events: rejects detected events that are not real, and finds events that need a shorter increment.
+!> Spurious events: rejects detected events that are artefacts of rounding or of the mesh, and finds events that need a shorter
+!> increment.
 module spurious_events
    use kinds, only: wp
    use model, only: step_t
@@ -18,14 +19,14 @@ module spurious_events
    use mesh_request, only: rounding_of
    implicit none
    private
-   public :: better_from_nearer, hides_release, turns_by_rounding, doubt_limit, doubt_bifurcation
+   public :: better_from_nearer, hides_release, turns_by_rounding, check_limit_shift, check_single_path
 
    character(*), parameter :: passing = 'bifurcation, or two paths that pass each other closely,'
 
 contains
 
-   !> True if a shorter increment may resolve the events of this increment: an event was not located, an eigenvalue went undetected,
-   !> or a located event lies where interface points have no nodes of the mesh. Prescribed values and turning points that were not
+   !> True if a shorter increment may resolve the events of this increment better: an event was not located, an eigenvalue was not
+   !> detected, or at a located event interface points lie inside elements. Prescribed values and turning points that were not
    !> located do not count.
    logical function better_from_nearer(problem, run, trial, findings) result(better)
       type(problem_t), intent(in) :: problem
@@ -44,9 +45,9 @@ contains
       end do
    end function better_from_nearer
 
-   !> True if a shorter increment may locate the event better: at the event interface points of foundations lie inside elements, at
-   !> the last point they do not. The mesh of a point in between has nodes there. Interface points inside elements at the last point
-   !> cannot have nodes and do not count.
+   !> True if a shorter increment may locate the event better: interface points of foundations lie inside elements at the event, but
+   !> not at the last accepted point. A point between both can have a mesh with nodes at the interface points. If interface points
+   !> lie inside elements already at the last accepted point, no mesh has nodes there.
    logical function passes_kinks(problem, last, located_event)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: last
@@ -56,14 +57,14 @@ contains
          & inner_cuts(find_cuts(problem, last)))
    end function passes_kinks
 
-   !> True if a detachment before the end of the step went undetected: the numbers of directions that open force-free contacts at
-   !> the last point and at this end differ by more than the located detachments explain. The trial behind the end may not show the
-   !> detachment: long elements buckle between their nodes there.
+   !> True if a detachment before the end of the step was not detected: the numbers of directions that open force-free contacts at
+   !> the last accepted point and at the end of the step differ by more than the located detachments explain. (The trial behind the
+   !> end of the step may not show the detachment: there long elements buckle between their nodes.)
    logical function hides_release(problem, run, findings, end) result(hides)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(findings_t), intent(in) :: findings
-      integer, intent(in) :: end                 !! index of the end among the events seen
+      integer, intent(in) :: end                 !! index in findings%seen of the event that ends the step
       integer :: opening, i
       logical :: weak
       associate (seen => findings%seen)
@@ -95,33 +96,34 @@ contains
          if (located_event%bars%monitor(m)%estimated) least = max(least, located_event%bars%monitor(m)%rounding)
       end if
       associate (before => run%last%test_values%monitor(m), after => trial%test_values%monitor(m))
-         ! A rate that changes its sign by rounding has no zero to locate.
+         ! A rate whose sign changes by rounding has no zero that could be located.
          no_turn = abs(after - before) <= least
          if (located_event%located) no_turn = maxval(abs(located_event%point%test_values%monitor(m) - [before, after])) <= least
       end associate
    end function turns_by_rounding
 
-   !> Rejects a limit point if its shift on enriched elements exceeds the length of path since the last contact change (for a shift
-   !> ahead, that length plus the path to the trial): if the load is nearly constant, the mesh error alone may make it fall.
-   subroutine doubt_limit(problem, run, trial, located_event)
+   !> Rejects a limit point that may be an error of the mesh. It is rejected if its position on enriched elements differs by more
+   !> than the arc length since the last contact change (or, if it lies further ahead there, by more than this length plus the arc
+   !> length to the trial): if the load is nearly constant, the mesh error alone may make it fall.
+   subroutine check_limit_shift(problem, run, trial, located_event)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
-      type(located_event_t), intent(inout) :: located_event !! its bars become sign-uncertain
+      type(located_event_t), intent(inout) :: located_event !! its error bars are marked as not knowing the sign of the load rate
       real(wp) :: reach
       if (.not. allocated(located_event%bars) .or. located_event%event%kind /= event_limit) return
       reach = run%arc_length - max(run%left_at, run%since_change%at) + path_length(problem, run%last%state, &
          & located_event%point%state)
       if (located_event%bars%way > 0.0_wp) reach = reach + path_length(problem, located_event%point%state, trial%state)
       if (abs(located_event%bars%way) > reach) located_event%bars%unsure = .true.
-   end subroutine doubt_limit
+   end subroutine check_limit_shift
 
-   !> Rejects a bifurcation that may be two paths passing each other closely. A small force along the null vector separates such
-   !> paths, and the points of the interpolation lie on both.
-   pure subroutine doubt_bifurcation(located_event)
-      type(located_event_t), intent(inout) :: located_event !! located becomes false if rejected
+   !> Rejects a bifurcation that may be two paths close to each other. A small force along the null vector would separate the paths;
+   !> the points between which the event is interpolated then lie on both.
+   pure subroutine check_single_path(located_event)
+      type(located_event_t), intent(inout) :: located_event !! located becomes false if the bifurcation is rejected
       if (.not. allocated(located_event%bars) .or. located_event%event%kind /= event_bifurcation) return
-      located_event%located = located_event%bars%unfolding * located_event%swerve <= largest_turn
+      located_event%located = located_event%bars%unfolding * located_event%tangent_turn <= largest_turn
       if (.not. located_event%located) located_event%event%note = passing
-   end subroutine doubt_bifurcation
+   end subroutine check_single_path
 end module spurious_events

@@ -1,4 +1,4 @@
-!> Places an event at an end of the increment if no point inside the increment can be corrected.
+!> Places an event at an end of the increment if the corrector fails for every point inside the increment.
 module zero_at_end
    use kinds, only: wp
    use model, only: step_t
@@ -14,13 +14,14 @@ module zero_at_end
 
 contains
 
-   !> Places the event at the last accepted point, at which a line contact has just become a point contact. The rotational stiffness
-   !> of the contact is unbounded at zero relative curvature, so that no interior point can be corrected, and the eigenvalues do not
-   !> show how far the length of the line is beyond zero.
+   !> Places the event at the last accepted point if a line contact has just become a point contact there. The rotational stiffness
+   !> of the point contact is unbounded at zero relative curvature, so that no point inside the increment can be corrected. The
+   !> eigenvalues do not show by how much the length of the line contact has become negative.
    subroutine take_beginning(step, run, located_event)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
-      type(located_event_t), intent(inout) :: located_event !! sets point and fraction; located if the event is there
+      type(located_event_t), intent(inout) :: located_event !! out: point and fraction are set; located is true if the event is at
+      !! the last accepted point
       logical :: balanced
       located_event%point = run%last
       located_event%fraction = 0.0_wp
@@ -29,15 +30,16 @@ contains
       located_event%event%jumps = located_event%located .and. located_event%event%kind == event_bifurcation
    end subroutine take_beginning
 
-   !> Places a limit point at the end with the larger (maximum) or smaller (minimum) load, if the increment is so short that inner
-   !> points differ by rounding. The intersection of the load's tangents at both ends bounds the error of the load.
+   !> Places a limit point at that end of the increment that has the larger (maximum) or smaller (minimum) load, if the increment is
+   !> so short that points inside it differ by rounding only. The intersection of the load's tangents at both ends bounds the error
+   !> of the load.
    subroutine take_nearer_end(problem, step, run, trial, located_event)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
-      type(located_event_t), intent(inout) :: located_event !! sets point and fraction; located if the bound is within
-      !! tolerance
+      type(located_event_t), intent(inout) :: located_event !! out: point and fraction are set; located is true if the bound is
+      !! within tolerance
       real(wp) :: left, rates(2)
       if (run%last%state%load_factor * located_event%event%before > trial%state%load_factor * located_event%event%before) then
          located_event%point = run%last

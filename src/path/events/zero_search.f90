@@ -15,37 +15,39 @@ module zero_search
    use bracketing, only: bracket_t, next_guess, take_value
    implicit none
    private
-   public :: zero_search_t, find_zero, swerve_per_force
+   public :: zero_search_t, find_zero, tangent_turn_per_force
 
-   integer, parameter :: max_centres = 6 !! interpolations for one zero; no input deck changes from 1 to 12
-   real(wp), parameter :: reach = epsilon(1.0_wp)**0.2_wp !! spacing of the samples over the increment, see smooth_zero
+   integer, parameter :: max_centres = 6 !! largest number of interpolations for one zero; with values from 1 to 12 every deck in
+   !! input has the same results
+   real(wp), parameter :: reach = epsilon(1.0_wp)**0.2_wp !! spacing of the samples, as a fraction of the increment, see smooth_zero
 
    !> Data of the search for the zero of an event function.
    type :: zero_search_t
-      type(bracket_t) :: bracket                 !! bracket of the zero; at first with the values at both ends of the increment
-      real(wp) :: centre = 0.0_wp                !! fraction of the increment: best estimate of the zero
+      type(bracket_t) :: bracket !! bracket of the zero; initially with the function's values at both ends of the increment
+      real(wp) :: centre = 0.0_wp                !! best estimate of the zero, as a fraction of the increment
       real(wp) :: at(n_samples) = 0.0_wp         !! positions of the samples, as fractions of the increment
-      real(wp) :: value(n_samples) = 0.0_wp      !! function at the samples
-      ! The point evaluated last.
+      real(wp) :: value(n_samples) = 0.0_wp      !! values of the event function at the samples
+      ! The point evaluated last:
       type(path_point_t) :: here
       real(wp) :: value_here = 0.0_wp
-      type(modes_t) :: modes                     !! lowest eigenvalues at this point, for a bifurcation
-      logical :: known = .false.                 !! the point converged, with the trial's contact set
+      type(modes_t) :: modes                     !! eigenvalues nearest zero at the point evaluated last; only for a bifurcation
+      logical :: known = .false.                 !! the point evaluated last converged, with the trial's contact set
    end type zero_search_t
 
 contains
 
-   !> Finds the zero and the state there: by bracketing, except for bifurcations, or else by cubic interpolation between samples
-   !> around the zero.
+   !> Finds the zero of the event function and the state there. Bracketing is tried first, except for bifurcations; if it fails, a
+   !> cubic through samples around the zero is used.
    subroutine find_zero(problem, step, run, trial, division, search, located_event, found)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
       type(division_t), intent(inout) :: division
-      type(zero_search_t), intent(inout) :: search !! its bracket is given
-      type(located_event_t), intent(inout) :: located_event !! sets point and fraction, as far as the search succeeded
-      logical, intent(out) :: found                         !! true: located to the tolerance
+      type(zero_search_t), intent(inout) :: search !! in: its bracket is given
+      type(located_event_t), intent(inout) :: located_event !! out: point and fraction are set, also if the zero was not located to
+      !! the tolerance
+      logical, intent(out) :: found                         !! true: the zero was located to the tolerance
       type(bracket_t) :: whole
       whole = search%bracket
       found = .false.
@@ -57,8 +59,8 @@ contains
       if (found) call interpolate_zero(problem, run, trial, division, search, located_event, found)
    end subroutine find_zero
 
-   !> Narrows the bracket to the spacing of the samples. If the corrector fails near the zero, several eigenvalues may vanish there,
-   !> and the samples around the estimate are used instead.
+   !> Narrows the bracket to the spacing of the samples. If the corrector fails near the zero, several eigenvalues may vanish there;
+   !> samples around the estimate are then used instead.
    subroutine narrow_bracket(problem, run, trial, division, search, located_event, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -98,8 +100,8 @@ contains
          search%centre = zero_of_cubic(search%at, search%value)
          if (abs(search%centre - guess) <= 2.0_wp * reach) exit
       end do
-      ! The zero lies between the ends, whose signs differ, except for rounding. If the load is monotone, its value at the zero lies
-      ! between those at the ends.
+      ! The signs of the function at the two ends differ, except for rounding, so that the zero lies between the ends. If the load
+      ! is monotonic, the load at the zero lies between the loads of the ends.
       found = search%centre >= -reach .and. search%centre <= 1.0_wp + reach
       if (.not. found) return
       search%centre = min(max(search%centre, 0.0_wp), 1.0_wp)
@@ -111,7 +113,7 @@ contains
          & min(run%last%state%load_factor, trial%state%load_factor)), max(run%last%state%load_factor, trial%state%load_factor))
    end subroutine interpolate_zero
 
-   !> Computes states of the path around the search's centre, and the function there.
+   !> Computes states of the path around search%centre, and the event function at these states.
    subroutine take_samples(problem, run, trial, division, search, located_event, sample, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -135,10 +137,10 @@ contains
       if (located_event%event%kind == event_bifurcation) call follow_through_zero(modes, located_event%event, search%value)
    end subroutine take_samples
 
-   !> Positions of the samples: two on each side of the centre, or, next to an end of the increment, four on one side at a distance
-   !> from the zero.
+   !> Positions of the four samples: two on each side of the centre. If the centre is next to an end of the increment, all four are
+   !> on the other side, at a distance from the zero.
    pure function sample_places(centre) result(at)
-      real(wp), intent(in) :: centre             !! fraction of the increment
+      real(wp), intent(in) :: centre             !! best estimate of the zero, as a fraction of the increment
       real(wp) :: at(n_samples)
       at = centre + reach * [-2.0_wp, -1.0_wp, 1.0_wp, 2.0_wp]
       if (at(1) < 0.0_wp) at = max(centre, 0.0_wp) + reach * [1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp]
@@ -146,7 +148,7 @@ contains
    end function sample_places
 
    !> Finds the zero by bracketing alone. When a foundation begins to act, the function may be curved so strongly between the
-   !> samples that the interpolation rejects the zero as a jump.
+   !> samples that the interpolation mistakes the zero for a jump.
    subroutine close_in(problem, step, run, trial, division, search, located_event, found)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -171,17 +173,18 @@ contains
       located_event%fraction = search%centre
    end subroutine close_in
 
-   !> Computes a point of the increment and the function there; `known` is false if the corrector fails or the contact set differs
-   !> from the trial's.
+   !> Computes a point of the increment and the event function there. search%known becomes false if the corrector fails or the
+   !> contact set differs from that of the trial.
    subroutine evaluate_at(problem, run, trial, division, fraction, search, located_event, near)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
       type(division_t), intent(inout) :: division
-      real(wp), value :: fraction               !! 0 to 1; may alias a component of the search
+      real(wp), value :: fraction !! fraction of the increment, 0 to 1. Passed by value, because the actual argument may be a
+      !! component of `search`
       type(zero_search_t), intent(inout) :: search
-      type(located_event_t), intent(inout) :: located_event !! its report is that of the point
-      type(path_point_t), intent(in), optional :: near !! a point found before, from which the correction starts
+      type(located_event_t), intent(inout) :: located_event !! out: its report is that of the corrected point
+      type(path_point_t), intent(in), optional :: near !! known point of the increment with which the correction starts
       search%value_here = 0.0_wp
       call point_within(problem, run, trial, division, fraction, .false., .false., search%here, located_event%report, near)
       search%known = located_event%report%converged
@@ -194,24 +197,25 @@ contains
       end if
    end subroutine evaluate_at
 
-   !> True if the samples show a jump instead of a zero: the corrector moved from one path to a close one.
+   !> True if the samples show a jump instead of a zero: the corrector converged to another path that is close.
    pure logical function jumps(value)
-      real(wp), intent(in) :: value(n_samples)  !! two values on each side of the zero
-      real(wp), parameter :: times = 4.0_wp     !! change between the inner samples over that on both sides, 1 for a smooth
-      !! function; no input deck changes up to 40, six change at 0.4
+      real(wp), intent(in) :: value(n_samples)  !! function at two samples on each side of the zero
+      real(wp), parameter :: times = 4.0_wp !! change between the two inner samples over the mean change on both sides (1 for a
+      !! smooth function), above which the function jumps; with values up to 40 every deck in input has the same results; at 0.4 six
+      !! have others
       jumps = value(2) * value(3) < 0.0_wp .and. abs(value(3) - value(2)) > times * (abs(value(2) - value(1)) + &
          & abs(value(4) - value(3)))
    end function jumps
 
-   !> Turn of the path tangent per unit force on the null vector of length 1. A force f displaces the path by f/mu along the null
-   !> vector if its eigenvalue is mu, and mu grows linearly with the distance from the zero.
-   pure real(wp) function swerve_per_force(search, length) result(turn)
-      type(zero_search_t), intent(in) :: search !! has found the zero between its samples
-      real(wp), intent(in) :: length            !! path length of the increment
+   !> Turn of the path tangent by a unit force on the null vector of length 1. A force f displaces the path by f/mu along the null
+   !> vector if mu is the eigenvalue, and mu grows linearly with the distance from the zero.
+   pure real(wp) function tangent_turn_per_force(search, length) result(turn)
+      type(zero_search_t), intent(in) :: search !! search that has found the zero between its samples
+      real(wp), intent(in) :: length            !! arc length of the increment
       real(wp) :: w(n_samples), d(n_samples), slope
       call lagrange(search%at, search%centre, w, d)
       slope = abs(dot_product(d, search%value))
       turn = slope * minval(abs(search%at - search%centre))**2 * length
       if (turn > 0.0_wp) turn = 1.0_wp / turn
-   end function swerve_per_force
+   end function tangent_turn_per_force
 end module zero_search

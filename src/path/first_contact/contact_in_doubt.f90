@@ -1,10 +1,10 @@
-!> Next contact set by contact at many nodes, the last resort: used if no increment converges with the present contact spans and no
-!> test gives the next set.
+!> Next contact set by contact at nodes. It is the last resort, used if no increment converges with the present contact spans and
+!> trials of other sets find none.
 !>
-!> Increments with contact at nodes begin with the present contact set (at_touches) and are not recorded. They continue until the
-!> contact corresponds to points and lines that pass their tests (find_spans_ahead); the path then goes back to the first point with
-!> this contact set (go_back). This point must be near (is_near); contacts lost and gained are determined by comparison
-!> (tell_differences).
+!> Increments with contact at nodes begin with the present contact set (active_nodes) and are not recorded. They continue until the
+!> contact at nodes corresponds to point and line contacts that pass their tests (find_spans_ahead). The path then goes back to the
+!> first point at which this contact set is valid (go_back). That point must be near the present point (is_near). The contacts lost
+!> and gained are found by comparison of the two sets (tell_differences).
 module contact_in_doubt
    use kinds, only: wp
    use model, only: method_load, method_cylindrical
@@ -27,17 +27,17 @@ module contact_in_doubt
    private
    public :: ask_nodes
 
-   real(wp), parameter :: turning = 2.0_wp      !! largest rate of displacement, over the path's own rate, at a contact change;
-   !! no input deck changes from 0.2 to 20
+   real(wp), parameter :: turning = 2.0_wp !! largest rate of displacement up to the next set's equilibrium, over the rate of the
+   !! path at the present point; with values from 0.2 to 20 every deck in input has the same results
 
 contains
 
-   !> Finds the next set of contact spans by contact at nodes, and its equilibrium ahead of the present point, at the nearest point
-   !> at which the set is valid.
+   !> Finds the next set of contact spans by contact at nodes, and its equilibrium at the nearest point ahead of the present one at
+   !> which the set is valid.
    subroutine ask_nodes(problem, run, reach, next, found)
       type(problem_t), intent(in) :: problem       !! problem with the present contact spans
       type(path_state_t), intent(in) :: run
-      real(wp), intent(in) :: reach                !! size of the increment that failed
+      real(wp), intent(in) :: reach                !! size of the increment that failed, in the units of the controlled quantity
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
       type(problem_t) :: nodes
@@ -50,12 +50,12 @@ contains
       real(wp) :: first, apart
       nodes = new_sampled_problem(problem)
       here = carried(problem, run%last%state, nodes)
-      here%active = at_touches(nodes, here, present_contact_spans(problem, run%last%state))
+      here%active = active_nodes(nodes, here, present_contact_spans(problem, run%last%state))
       onward = carried_field(problem, run%last%state, run%last%tangent%u, nodes, here)
       control%method = method_load
       on%last%system = new_system(nodes)
       on%last%state = here
-      ! First the equilibrium with the present contact set, whose forces at nodes are still unknown.
+      ! The first increment finds the equilibrium with the present contact set at nodes, whose forces are not known yet.
       call correct(nodes, here, control, .true., on%last%state, on%last%system, report)
       apart = 0.0_wp
       if (report%converged) apart = path_length(nodes, here, on%last%state)
@@ -80,17 +80,18 @@ contains
          & ahead%load_factor - here%load_factor)
       call tell_differences(problem, run%last%state, 1.0_wp / minval(nodes%element_last - nodes%element_first + 1), &
          & run%spans_begun, next)
-      ! The changes are between the present point and this one, and there may be other sets between.
+      ! The contact changes lie between the present point and the one found; other contact sets may exist in between.
       next%located = next%times == 0
    end subroutine ask_nodes
 
-   !> True if the next equilibrium is near enough to be on the same path: its distance agrees with the path's rate over the change
-   !> of load, apart from the difference of the meshes.
+   !> True if the next equilibrium is near enough to be on the same path: its distance from the present point agrees with the path's
+   !> rate times the change of load. The difference between the meshes is allowed in addition.
    logical function is_near(problem, run, next, apart) result(near)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(next_t), intent(in) :: next
-      real(wp), intent(in) :: apart  !! path distance from the present point to the equilibrium with the same contact at nodes
+      real(wp), intent(in) :: apart !! path distance between the present point and the equilibrium with the same contact set at
+      !! nodes
       real(wp) :: rise, jump
       rise = next%state%load_factor - run%last%state%load_factor
       jump = path_length(next%problem, carried(problem, run%last%state, next%problem), next%state)
@@ -98,7 +99,7 @@ contains
    end function is_near
 
    !> (candidates) true: the node lies on a line contact, or next to a point contact.
-   function at_touches(nodes, state, contact_span) result(active)
+   function active_nodes(nodes, state, contact_span) result(active)
       type(problem_t), intent(in) :: nodes
       type(state_t), intent(in) :: state
       type(contact_span_t), intent(in) :: contact_span(:)
@@ -110,7 +111,7 @@ contains
          do side = 1, 2
             e = nodes%candidates%element(side, c)
             if (e == 0) cycle
-            ! The half of the element next to the node belongs to the node.
+            ! The half of the element next to a node is assigned to this node.
             at = state%geometry%element(e)%s + nodes%origin(e)
             at(side) = 0.5_wp * sum(at)
             do k = 1, size(contact_span)
@@ -120,5 +121,5 @@ contains
             end do
          end do
       end do
-   end function at_touches
+   end function active_nodes
 end module contact_in_doubt

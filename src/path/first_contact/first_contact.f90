@@ -1,8 +1,8 @@
 !> Contact set just after a stress-free start.
 !>
-!> To first order the structure and its contacts respond proportionally to any small load, so the LCP for one small load gives the
-!> set with which every first increment of the same sense begins. Displacement control needs this set in advance, because contacts
-!> at the start could fix the displacement to be prescribed.
+!> To first order the structure and its contacts respond proportionally to a small load. The LCP for one small load therefore gives
+!> the contact set with which every first increment of the same sign begins. Displacement control needs this set before the
+!> increment, because contacts that are closed at the start could prevent the prescribed displacement.
 module first_contact
    use kinds, only: wp
    use model, only: method_load
@@ -15,21 +15,22 @@ module first_contact
    use displacement_functional, only: monitor_change
    implicit none
    private
-   public :: presume_contact
+   public :: set_contact_of_start
 
 contains
 
-   !> Replaces the candidates with zero gap of a stress-free state by those in contact under a small load that moves the controlled
-   !> monitor in the right direction. Without such a set the state is unchanged, and the first increment reports the reason.
-   subroutine presume_contact(problem, monitor, increment, state, system)
+   !> In a stress-free state, replaces the set of candidates with zero gap by the set in contact under a small load, which moves the
+   !> controlled monitor in the direction of the increment. If no such set exists, the state is unchanged, and the first increment
+   !> reports the reason.
+   subroutine set_contact_of_start(problem, monitor, increment, state, system)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: monitor             !! index into model%monitor
-      real(wp), intent(in) :: increment          !! only its sign is used
+      real(wp), intent(in) :: increment          !! increment of the controlled quantity; only its sign is used
       type(state_t), intent(inout) :: state
       type(system_t), intent(inout) :: system    !! in/out: assembled and factored at `state`
       integer, parameter :: max_rounds = 30
-      real(wp), parameter :: small = sqrt(epsilon(1.0_wp))  !! load factor of the small load, at which a gap above rounding stays
-      !! open; no input deck changes from 1.5E-9 to 1.5E-7
+      real(wp), parameter :: small = sqrt(epsilon(1.0_wp)) !! load factor of the small load, under which a gap larger than rounding
+      !! does not close; with values from 1.5E-9 to 1.5E-7 every deck in input has the same results
       type(state_t) :: trial
       type(control_t) :: control
       type(contact_step_t) :: step
@@ -58,5 +59,5 @@ contains
          call linearise(problem, state, state, system)
       end do senses
       call linearise(problem, state, state, system)
-   end subroutine presume_contact
+   end subroutine set_contact_of_start
 end module first_contact

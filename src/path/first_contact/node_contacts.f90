@@ -12,32 +12,32 @@ module node_contacts
 
 contains
 
-   !> Contact spans from rows of consecutive nodes in contact: one or two nodes make a point contact, more make a line contact on
-   !> each rod segment. A few open nodes between nodes in contact count as closed, because contact forces concentrated at nodes make
-   !> the rod wavy.
+   !> Contact spans from rows of consecutive nodes in contact: a row of one or two nodes becomes a point contact, a longer row a
+   !> line contact on each of its rod segments. A few open nodes between nodes in contact count as closed, because contact forces
+   !> concentrated at nodes make the rod wavy.
    function touches_at_nodes(problem, state, most) result(contact_span)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: most        !! largest number of consecutive open nodes that count as closed
       type(contact_span_t), allocatable :: contact_span(:)
-      logical, dimension(problem%candidates%n) :: told, active, done
+      logical, dimension(problem%candidates%n) :: in_contact, active, done
       integer, allocatable :: run(:)
       logical :: closed
       integer :: c
       allocate (contact_span(0))
-      told = nodes_in_contact(problem, state)
-      active = told
+      in_contact = nodes_in_contact(problem, state)
+      active = in_contact
       do c = 1, problem%candidates%n
-         if (.not. told(c)) cycle
-         call close_waves(problem, told, c, 1, most, active)
-         call close_waves(problem, told, c, 2, most, active)
+         if (.not. in_contact(c)) cycle
+         call close_waves(problem, in_contact, c, 1, most, active)
+         call close_waves(problem, in_contact, c, 2, most, active)
       end do
       done = .not. active
       do c = 1, problem%candidates%n
          if (done(c)) cycle
          call follow_run(problem, active, c, run, closed)
          done(run) = .true.
-         if (size(run) <= 2 .and. all(told(run))) then
+         if (size(run) <= 2 .and. all(in_contact(run))) then
             contact_span = [contact_span, point_at(problem, state, run(maxloc(state%reaction(run), 1)))]
          else
             contact_span = [contact_span, lines_along(problem, state, run, closed)]
@@ -45,45 +45,45 @@ contains
       end do
    end function touches_at_nodes
 
-   !> (candidates) true: the node is in contact. This includes nodes without contact force whose support on the obstacle carries the
-   !> force: next to nodes in contact, and alone for a hinge or for a clamp parallel to the obstacle, because contact may spread
-   !> from there.
-   function nodes_in_contact(problem, state) result(told)
+   !> (candidates) true: the node is in contact. Included are nodes without contact force whose force is taken by a support on the
+   !> obstacle: beside nodes in contact; and also without such a neighbour at a hinge or at a clamp parallel to the obstacle,
+   !> because contact may spread from there.
+   function nodes_in_contact(problem, state) result(in_contact)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      logical :: told(problem%candidates%n)
+      logical :: in_contact(problem%candidates%n)
       real(wp) :: gap, normal(2), bend, angle
       integer :: c
-      told = state%active .and. problem%deck%contact(problem%candidates%contact)%along
+      in_contact = state%active .and. problem%deck%contact(problem%candidates%contact)%along
       do c = 1, problem%candidates%n
-         if (told(c) .or. .not. problem%deck%contact(problem%candidates%contact(c))%along) cycle
+         if (in_contact(c) .or. .not. problem%deck%contact(problem%candidates%contact(c))%along) cycle
          call candidate_gap(problem, state, c, gap, normal, bend)
          if (may_react(problem, c, normal)) cycle
          angle = rod_angle(problem, state, c)
          associate (near => problem%candidates%neighbour(:, c))
             if (any(state%active(pack(near, near > 0))) .or. .not. problem%model%fixed(3, problem%candidates%node(c)) .or. &
                & abs(dot_product(normal, [cos(angle), sin(angle)])) <= parallel) &
-               & told(c) = gap <= test_slack(test_gap) * problem%size
+               & in_contact(c) = gap <= test_slack(test_gap) * problem%size
          end associate
       end do
    end function nodes_in_contact
 
-   !> Closes a few open nodes next to a node in contact, up to the next one in contact or the end of the rod.
-   pure subroutine close_waves(problem, told, c, side, most, active)
+   !> Marks as closed a few open nodes beside a node in contact, up to the next node in contact or the end of the rod.
+   pure subroutine close_waves(problem, in_contact, c, side, most, active)
       type(problem_t), intent(in) :: problem
-      logical, intent(in) :: told(:)     !! (candidates) in contact
-      integer, intent(in) :: c, side     !! a candidate in contact; 1: nodes before it, 2: nodes after it
+      logical, intent(in) :: in_contact(:)     !! (candidates) true: the node is in contact
+      integer, intent(in) :: c, side     !! a candidate in contact; side 1: the open nodes are before it, 2: after it
       integer, intent(in) :: most
-      logical, intent(inout) :: active(:) !! (candidates) in/out: also true for closed nodes
+      logical, intent(inout) :: active(:) !! (candidates) set to true for the nodes that are marked as closed
       integer :: at, n
       at = c
       do n = 0, most
          at = problem%candidates%neighbour(side, at)
          if (at == 0) exit
-         if (told(at)) exit
+         if (in_contact(at)) exit
       end do
       if (n > most) return
-      ! At the end of a rod along its obstacle one node may take the whole force.
+      ! At the end of a rod that lies along its obstacle one node may carry the whole contact force.
       if (at == 0 .and. most == 1) return
       at = problem%candidates%neighbour(side, c)
       do while (at > 0)
@@ -93,14 +93,14 @@ contains
       end do
    end subroutine close_waves
 
-   !> Finds the row of consecutive active candidates that contains candidate c. On a closed chain that is active all round the row
-   !> begins at c.
+   !> Finds the row of consecutive active candidates that contains candidate c. If all candidates of a closed chain are active, the
+   !> row begins at c.
    pure subroutine follow_run(problem, active, c, run, closed)
       type(problem_t), intent(in) :: problem
       logical, intent(in) :: active(:)
       integer, intent(in) :: c
       integer, allocatable, intent(out) :: run(:)
-      logical, intent(out) :: closed     !! the row is a closed chain
+      logical, intent(out) :: closed     !! true: the row covers a whole closed chain
       integer :: first, at, row(size(active)), n
       first = c
       do
@@ -139,8 +139,8 @@ contains
    pure function lines_along(problem, state, run, closed) result(line)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: run(:)      !! candidates
-      logical, intent(in) :: closed      !! true: the row is a closed chain
+      integer, intent(in) :: run(:)      !! candidates of the row
+      logical, intent(in) :: closed      !! true: the row covers a whole closed chain
       type(contact_span_t), allocatable :: line(:)
       type(contact_span_t) :: new
       integer :: i, e

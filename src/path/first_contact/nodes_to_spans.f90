@@ -21,17 +21,18 @@ module nodes_to_spans
    public :: find_spans_ahead, most_increments
 
    integer, parameter :: open_nodes(3) = [1, 4, 16]
-   integer, parameter :: most_increments = 24   !! increments with contact at nodes; no input deck changes from 12 to 48
+   integer, parameter :: most_increments = 24 !! largest number of increments with contact at nodes; with values from 12 to 48 every
+   !! deck in input has the same results
 
 contains
 
    !> Makes increments of growing length with contact at nodes, until the contact corresponds to points and lines that pass their
    !> tests.
    subroutine find_spans_ahead(problem, run, nodes, on, next, first, found, report, why)
-      type(problem_t), intent(in) :: problem     !! present point
+      type(problem_t), intent(in) :: problem     !! problem at the present point of the path
       type(path_state_t), intent(in) :: run
       type(problem_t), intent(in) :: nodes       !! problem on a mesh whose nodes detect contact
-      type(path_state_t), intent(inout) :: on    !! in: the run on this mesh; out: the run at the start of the last increment
+      type(path_state_t), intent(inout) :: on !! in: the run on the mesh of `nodes`; out: the run at the start of the last increment
       type(next_t), intent(out) :: next          !! its contact spans have the numbers 1, 2, ...
       real(wp), intent(out) :: first             !! load factor after the first increment
       logical, intent(out) :: found
@@ -49,7 +50,7 @@ contains
          if (report%converged) then
             ahead%tangent = path_tangent_of(nodes, on, ahead)
             relation = relate(nodes, on%last%state, ahead%state, on%last%tangent, ahead%tangent, on%fresh)
-            ! At the start of a path there is no direction with which the increment could be compared.
+            ! At the start of a path there is no previous direction with which the increment could be compared.
             if (problem%is_sampled()) report%converged = same_path(relation) .and. .not. too_far(nodes, on%control, relation)
             if (.not. report%converged) report%message = 'what equilibrium there is ahead lies on another path'
          end if
@@ -60,8 +61,8 @@ contains
          end if
          if (.not. allocated(why)) first = ahead%state%load_factor
          call find_spans(nodes, ahead%state, next, found, why)
-         ! Close to the point where no increment converged, path directions are rounding noise; increments further away have a
-         ! direction.
+         ! Close to the point where no increment converged, directions of the path are rounding. Increments further away from it
+         ! have a direction.
          if (found) found = leads_to_next(problem, run, next)
          if (found) exit
          on%last = ahead
@@ -70,34 +71,34 @@ contains
       end do
    end subroutine find_spans_ahead
 
-   !> Finds contact spans that correspond to a converged state of contact at nodes, and their equilibrium at the same load. Not
-   !> found if their tests fail, because contact at nodes may represent contact spans better slightly further along the path.
+   !> Finds contact spans that correspond to a converged state of contact at nodes, and their equilibrium at the same load. `found`
+   !> is false if the tests of the spans fail; slightly further along the path the nodes may represent contact spans better.
    subroutine find_spans(problem, trial, next, found, why)
       type(problem_t), intent(in) :: problem     !! problem on a mesh whose nodes detect contact
       type(state_t), intent(in) :: trial
       type(next_t), intent(out) :: next          !! its contact spans have the numbers 1, 2, ...
       logical, intent(out) :: found
-      character(:), allocatable, intent(out) :: why !! reason of the failure
+      character(:), allocatable, intent(out) :: why !! reason why no contact spans were found
       type(contact_span_t), allocatable :: contact_span(:), first(:)
       integer :: wave, k, c, i
       found = .false.
-      ! First the literal interpretation of the nodes, then those that close gaps of a few nodes.
+      ! First the nodes in contact are taken literally; further attempts close gaps of a few nodes between them.
       waves: do wave = 1, size(open_nodes)
          contact_span = touches_at_nodes(problem, trial, open_nodes(wave))
          if (wave > 1) then
             if (same_set(contact_span, first)) cycle waves
          end if
          first = contact_span
-         call take_these()
-         if (found) call lay_closed_spans()
+         call test_these_spans()
+         if (found) call fill_closed_spans()
          if (found) exit waves
       end do waves
 
    contains
 
-      !> Replaces free spans whose gap is rounding by line contact, if the tests allow: the ends of such spans have no contact
-      !> force, and their positions would be arbitrary.
-      subroutine lay_closed_spans()
+      !> Replaces free spans whose largest gap is rounding by line contacts, if the tests allow it: the ends of such free spans
+      !> carry no contact force, and their positions would be arbitrary.
+      subroutine fill_closed_spans()
          type(next_t) :: kept
          type(span_test_t), allocatable :: tests(:)
          tests = tests_of(next)
@@ -106,7 +107,7 @@ contains
             if (tests(k)%kind == test_vanishing .and. abs(tests(k)%value) <= test_slack(test_vanishing)) then
                call copy_next(next, kept)
                contact_span = laid_down(present_contact_spans(next%problem, next%state), tests(k)%beside, tests(k)%ends)
-               call take_these()
+               call test_these_spans()
                if (found) then
                   tests = tests_of(next)
                   k = 0
@@ -117,10 +118,10 @@ contains
             end if
             k = k + 1
          end do
-      end subroutine lay_closed_spans
+      end subroutine fill_closed_spans
 
-      !> Finds the equilibrium with these contact spans, and tests it.
-      subroutine take_these()
+      !> Finds the equilibrium with the contact spans of `next`, and tests the spans.
+      subroutine test_these_spans()
          contact_span%number = [(c, c=1, size(contact_span))]
          why = 'two obstacles touch the rod at one place'
          found = .not. any([(any([(meet(contact_span(c), contact_span(i)), i=1, c - 1)]), c=1, size(contact_span))])
@@ -131,9 +132,9 @@ contains
          if (.not. found) return
          why = 'contact did not settle'
          found = holds(next)
-      end subroutine take_these
+      end subroutine test_these_spans
 
-      !> True if two obstacles touch the rod at one place between the ends of a rod segment.
+      !> True if two contact spans on different obstacles are at the same place between the ends of a rod segment.
       pure logical function meet(one, other)
          type(contact_span_t), intent(in) :: one, other
          real(wp) :: from, to

@@ -22,16 +22,17 @@ module span_start
    public :: prepare_spans, begin_spans
 
    real(wp), parameter :: small_part = 0.5_wp**(most_increments / 2) !! length of the first increment in a second attempt, as a
-   !! share of the full one; by doubling it reaches the full increment within half of the allowed increments with contact at nodes
-   integer, parameter :: most_parts = 24  !! halvings of the first increment to find the onset of contact; contact that begins still
-   !! earlier counts as contact at the start
+   !! share of the full increment; by doubling, the attempt reaches the full increment within half of the allowed increments with
+   !! contact at nodes
+   integer, parameter :: most_parts = 24 !! largest number of halvings of the first increment in search of the onset of contact;
+   !! contact that begins still earlier counts as contact at the start
 
 contains
 
-   !> Makes the problem with which a path with contact spans starts: without contact spans if there is no contact yet, else with
-   !> nodes that detect contact. Unchanged if the deck has no contact with contact spans.
+   !> Makes the problem with which a path with contact spans starts. Without contact at the start it has no contact spans; with
+   !> contact it has a mesh whose nodes detect contact. The problem is unchanged if no contact of the deck uses contact spans.
    subroutine prepare_spans(problem)
-      type(problem_t), intent(inout) :: problem      !! in: on the deck's mesh
+      type(problem_t), intent(inout) :: problem      !! in: on the deck's mesh; out: on the mesh of the start
       type(contact_span_t), allocatable :: clamp(:), first(:)
       real(wp) :: normal(2)
       logical :: touches
@@ -45,7 +46,7 @@ contains
             if (.not. contact%along) cycle
             do i = 1, size(contact%node)
                if (.not. touches_at_first(problem, k, i, normal)) cycle
-               if (held_end(problem, k, contact%node(i), normal)) then
+               if (is_supported_end(problem, k, contact%node(i), normal)) then
                   clamp = [clamp, touch_at_end(problem, k, contact%node(i), size(clamp) + 1)]
                else
                   touches = .true.
@@ -65,11 +66,11 @@ contains
       end if
    end subroutine prepare_spans
 
-   !> True if a node of a contact is on its obstacle at the start.
+   !> True if a node of a contact touches its obstacle at the start.
    logical function touches_at_first(problem, k, i, normal) result(touches)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: k, i                    !! index of the contact, index into its nodes
-      real(wp), intent(out) :: normal(2)             !! normal of the obstacle there
+      integer, intent(in) :: k, i                    !! index of the contact; index into the nodes of the contact
+      real(wp), intent(out) :: normal(2)             !! unit normal of the obstacle at the node
       real(wp) :: gap, bend
       call first_gap(problem, k, i, gap, normal, bend)
       touches = gap <= touching_gap(problem)
@@ -78,16 +79,16 @@ contains
    !> Computes the gap of a node of a contact at the start, with the normal and the curvature of the obstacle.
    subroutine first_gap(problem, k, i, gap, normal, bend)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: k, i                    !! index of the contact, index into its nodes
+      integer, intent(in) :: k, i                    !! index of the contact; index into the nodes of the contact
       real(wp), intent(out) :: gap
-      real(wp), intent(out) :: normal(2), bend       !! normal and curvature of the obstacle there
+      real(wp), intent(out) :: normal(2), bend       !! unit normal and curvature of the obstacle at the node
       associate (contact => problem%deck%contact(k))
          call obstacle_gap(problem%deck%obstacle(contact%obstacle), problem%deck%mesh%x(:, contact%node(i)), gap, normal, bend)
          gap = gap + contact%gap + problem%overlap(k)
       end associate
    end subroutine first_gap
 
-   !> True if a contact span began after the start, that is, if the gap at the start was positive at the nearest local minimum.
+   !> True if a contact span began after the start: at the nearest local minimum of the gap the gap at the start was positive.
    logical function gains_contact(next) result(gains)
       type(next_t), intent(in) :: next
       integer :: k
@@ -99,7 +100,7 @@ contains
 
    contains
 
-      !> True if a contact span carries force: a line contact, or a point contact whose force is not taken by a support.
+      !> True if a contact span carries force: it is a line contact, or a point contact whose force is not taken by a support.
       logical function carries(contact_span)
          type(contact_span_t), intent(in) :: contact_span
          real(wp) :: gap, normal(2), bend
@@ -110,8 +111,9 @@ contains
       end function carries
    end function gains_contact
 
-   !> Gap at the start at the local minimum that a descent along the deck's nodes reaches from a contact span; 0 if the rod was in
-   !> contact beside the lowest node. Nodes whose supports carry the whole contact force do not count, unless there are no others.
+   !> Gap at the start at the local minimum that is reached from a contact span by descent along the deck's nodes; 0 if the rod was
+   !> in contact beside the lowest node. Nodes whose supports carry the whole contact force are left out, unless there are no
+   !> others.
    real(wp) function nearest_gap(problem, contact_span) result(gap)
       type(problem_t), intent(in) :: problem
       type(contact_span_t), intent(in) :: contact_span
@@ -145,7 +147,8 @@ contains
 
    contains
 
-      !> True if a place in an element is beside the lowest node; a place closer to a node than gaps can resolve is at the node.
+      !> True if a place in an element is distinguishable from the lowest node: a place so close to a node that the gaps do not
+      !> differ counts as the node.
       logical function beside(place)
          type(contact_span_t), intent(in) :: place
          associate (whole => problem%layout%rod_segment(place%rod_segment))
@@ -156,9 +159,9 @@ contains
          beside = beside .and. any(problem%deck%mesh%node(:, e) == problem%deck%contact(contact_span%contact)%node(here))
       end function beside
 
-      !> Node of an element that is nearer to the obstacle, as an index into the contact's nodes.
+      !> The node of an element that is nearer to the obstacle, as an index into the contact's nodes.
       integer function lower_end(e) result(lower)
-         integer, intent(in) :: e                    !! element of the deck, at least one of its nodes belongs to the contact
+         integer, intent(in) :: e                    !! element of the deck; at least one of its two nodes belongs to the contact
          integer :: ends(2)
          ends = row(problem%deck%mesh%node(:, e))
          lower = maxval(ends)
@@ -166,12 +169,12 @@ contains
       end function lower_end
    end function nearest_gap
 
-   !> True if a node is the end of a rod at a support on the obstacle, a hinge or a clamp parallel to the obstacle: contact may
-   !> spread from there, but has no force yet.
-   logical function held_end(problem, contact, node, normal) result(held)
+   !> True if a node is the end of a rod, supported on the obstacle by a hinge or by a clamp parallel to the obstacle. Contact may
+   !> spread from such an end, but has no force yet.
+   logical function is_supported_end(problem, contact, node, normal) result(held)
       type(problem_t), intent(in) :: problem         !! problem on the deck's mesh
       integer, intent(in) :: contact, node
-      real(wp), intent(in) :: normal(2)              !! normal of the obstacle there
+      real(wp), intent(in) :: normal(2)              !! unit normal of the obstacle at the node
       type(geometry_t) :: home
       real(wp) :: angle
       integer :: e, side
@@ -183,9 +186,9 @@ contains
       angle = home%element(e)%end_angle(side)
       held = problem%covered(problem%rod_segment(e), contact) .and. (.not. problem%model%fixed(3, node) .or. &
          & abs(dot_product(normal, [cos(angle), sin(angle)])) <= parallel)
-   end function held_end
+   end function is_supported_end
 
-   !> Point contact at the supported end of a rod (held_end).
+   !> Point contact at the supported end of a rod (see is_supported_end).
    type(contact_span_t) function touch_at_end(problem, contact, node, number) result(contact_span)
       type(problem_t), intent(in) :: problem         !! problem on the deck's mesh
       integer, intent(in) :: contact, node, number
@@ -195,11 +198,11 @@ contains
       if (problem%beside(1, node) > 0) contact_span%at = problem%layout%rod_segment(contact_span%rod_segment)%length
    end function touch_at_end
 
-   !> Finds the first point of a path with contact at the start; the run passes from contact at nodes to contact spans.
+   !> Finds the first point of a path that starts in contact: the run changes from contact at nodes to contact spans.
    subroutine begin_spans(problem, run, trial, report)
-      type(problem_t), intent(inout) :: problem  !! in: on a mesh whose nodes detect contact; out: with contact spans, at the
-      !! beginning of the path
-      type(path_state_t), intent(inout) :: run          !! the run at its start
+      type(problem_t), intent(inout) :: problem !! in: on a mesh whose nodes detect contact; out: with contact spans, at the start
+      !! of the path
+      type(path_state_t), intent(inout) :: run          !! the run at the start of the path
       type(path_point_t), intent(out) :: trial
       type(increment_t), intent(out) :: report
       type(next_t) :: next
@@ -213,8 +216,8 @@ contains
          call copy_path_state(run, on)
          call find_spans_ahead(problem, run, problem, on, next, first, found, report, why)
          if (.not. found) then
-            ! Increments with contact at nodes have passed the end of the first increment without success; this increment may have
-            ! been too long.
+            ! Increments with contact at nodes have gone beyond the end of the first increment without success: the first increment
+            ! may have been too long, and a shorter one is tried.
             if (small .or. .not. allocated(why)) exit
             small = .true.
             run%control%increment = small_part * run%control%increment
@@ -239,12 +242,13 @@ contains
       trial = next%path_point_t
    end subroutine begin_spans
 
-   !> All isolated places with a least gap of zero. A rod along its obstacle has no isolated places.
+   !> Point contacts at all isolated places where the gap has a minimum of zero. A rod that lies along its obstacle has no isolated
+   !> places.
    function find_initial_contacts(problem) result(contact_span)
       type(problem_t), intent(in) :: problem         !! problem on the deck's mesh
       type(contact_span_t), allocatable :: contact_span(:)
       real(wp), allocatable :: at(:), gap(:)
-      logical, allocatable :: touches(:)              ! true: gap of zero at the sample; one additional value at each end
+      logical, allocatable :: touches(:)              ! (samples) true: the gap is zero there; with one additional entry at each end
       integer :: contact, rod_segment, i
       allocate (contact_span(0))
       do contact = 1, size(problem%deck%contact)
@@ -261,12 +265,12 @@ contains
       end do
    end function find_initial_contacts
 
-   !> Samples the gap at the deck's nodes along a rod segment, and at the minimum inside an element if there is one. The gap is
-   !> assumed to have only one minimum in an element.
+   !> Samples the gap along a rod segment: at the deck's nodes, and at the minimum inside an element if there is one. The gap is
+   !> assumed to have at most one minimum in an element.
    subroutine sample_gap(problem, contact, rod_segment, at, gap)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: contact, rod_segment
-      real(wp), allocatable, intent(out) :: at(:)    !! coordinates along the rod segment, increasing
+      real(wp), allocatable, intent(out) :: at(:)    !! coordinates of the samples along the rod segment, increasing
       real(wp), allocatable, intent(out) :: gap(:)
       real(wp) :: place, last
       integer :: k, n
@@ -277,7 +281,7 @@ contains
          do k = 1, size(whole%element)
             associate (e => whole%element(k))
                last = gap_at(problem, contact, e, 1.0_wp)
-               ! There is a minimum inside if the gap falls from both ends, by more than rounding.
+               ! The gap has a minimum inside the element if it decreases from both ends inwards by more than rounding.
                if (gap_at(problem, contact, e, to_rounding) < gap(n) .and. &
                   & gap_at(problem, contact, e, 1.0_wp - to_rounding) < last) then
                   place = least_inside(problem, contact, e)
@@ -300,7 +304,7 @@ contains
       end subroutine keep
    end subroutine sample_gap
 
-   !> Place of the least gap inside an element, 0 to 1.
+   !> Place in an element where the gap is least, 0 (first node) to 1 (second node).
    real(wp) function least_inside(problem, contact, e) result(place)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: contact, e
@@ -311,7 +315,7 @@ contains
       end do
    end function least_inside
 
-   !> Gap at a position of an element of the deck.
+   !> Gap at a place tau (0 to 1) in an element of the deck.
    real(wp) function gap_at(problem, contact, e, tau) result(gap)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: contact, e

@@ -1,8 +1,8 @@
-!> First point of a path on foundations too stiff for elements to detect contact: the point is found on softer foundations, where
-!> the ends of contact give the mesh its interface points, and the stiffness then grows to the deck's.
+!> First point of a path on foundations that are too stiff for the elements to detect contact. The point is found on softer
+!> foundations, where the ends of contact give the mesh its interface points; the stiffness then grows to the deck's value.
 !>
-!> With interface points Newton's method converges for any stiffness; it needs a first guess of the ends of contact. From a soft
-!> foundation to a rigid one the ends move by a finite distance, proportional to the fourth root of the flexibility.
+!> With interface points at the ends of contact Newton's method converges for any stiffness, but it needs a first guess of the ends.
+!> Between a soft and a rigid foundation the ends move by a finite distance, proportional to the fourth root of the flexibility.
 module stiffness_homotopy
    use kinds, only: wp
    use problem, only: problem_t, copy_problem
@@ -15,7 +15,7 @@ module stiffness_homotopy
    use contact_spans, only: contact_span_t
    use ground_mark, only: cut_t
    use ground_cuts, only: find_cuts, marked
-   use ground_segments, only: tell_segments, followed_part
+   use ground_segments, only: assign_segments, followed_part
    use state_transfer, only: carried, carried_field
    use path_control, only: control_t, is_arc_length
    use path_point, only: path_point_t, point_at, move_to
@@ -27,30 +27,31 @@ module stiffness_homotopy
    private
    public :: is_stiff_start, take_stiff_start, check_start
 
-   ! Growth factor of the stiffness per step: squared after a success, its root after a failure.
-   real(wp), parameter :: first_growth = 1.0e2_wp !! the boundary layers beside interface points are then a third as long
+   ! Growth factor of the stiffness per step. It is squared after a success; after a failure its square root is taken.
+   real(wp), parameter :: first_growth = 1.0e2_wp !! first factor: the boundary layers beside interface points become a third as
+   !! long
    real(wp), parameter :: least_growth = 1.1_wp
-   integer, parameter :: most_tries = 3  !! largest number of softer foundations tried at the beginning, and of meshes at one
-   !! stiffness until no interface point lacks a node
+   integer, parameter :: most_tries = 3 !! largest number of softer foundations tried at the beginning; also the largest number of
+   !! meshes at one stiffness, made until every interface point has a node
 
-   !> End of the path's first increment on foundations with a part of the deck's stiffness (one step of the growth of the
-   !> stiffness).
-   type :: rung_t
+   !> Equilibrium at the end of the path's first increment, on foundations with a part of the deck's stiffness.
+   type :: homotopy_point_t
       type(problem_t) :: problem
       type(state_t) :: state
-      real(wp) :: part = 1.0_wp                  !! share of the deck's stiffness
-   end type rung_t
+      real(wp) :: part = 1.0_wp                  !! stiffness of the foundations, as a share of the deck's stiffness
+   end type homotopy_point_t
 
 contains
 
-   !> Copies such an equilibrium; a procedure for the reason given at copy_problem.
-   pure subroutine copy_rung(from, to)
-      type(rung_t), intent(in) :: from
-      type(rung_t), intent(inout) :: to
+   !> Assignment of a homotopy point as a procedure, because the compiler would expand the copies of all components at each
+   !> assignment.
+   pure subroutine copy_homotopy_point(from, to)
+      type(homotopy_point_t), intent(in) :: from
+      type(homotopy_point_t), intent(inout) :: to
       to = from
-   end subroutine copy_rung
+   end subroutine copy_homotopy_point
 
-   !> True if the run is at its start on stiff foundations.
+   !> True if the run is at the start of a path on foundations that are too stiff for the elements to detect contact.
    logical function is_stiff_start(problem, run)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -59,11 +60,12 @@ contains
    end function is_stiff_start
 
    !> Stiffness along the path at the stress-free start, for the check of supports. If elements are too long to follow their
-   !> foundations, their tangent is rounding only; then the tangent on softer foundations is used.
+   !> foundations, the signs of their tangent are rounding only; the tangent on softer foundations is then used.
    subroutine check_start(problem, system, stiffness, rounding)
       type(problem_t), intent(in) :: problem
-      type(system_t), intent(inout) :: system      !! factored at the start; its pivot count becomes that of the tangent used
-      real(wp), intent(out) :: stiffness, rounding !! stiffness along the path and its rounding error, see path_stiffness
+      type(system_t), intent(inout) :: system      !! in: factored at the start; out: its pivot count is that of the tangent used
+      real(wp), intent(out) :: stiffness, rounding !! stiffness along the path and the rounding error of this stiffness, see
+      !! path_stiffness
       type(problem_t) :: soft
       type(state_t) :: start
       type(system_t) :: other
@@ -84,11 +86,11 @@ contains
    !> Makes the first increment from a start on stiff foundations.
    subroutine take_stiff_start(problem, run, trial, report, taken)
       type(problem_t), intent(inout) :: problem    !! out: on the mesh of `trial`
-      type(path_state_t), intent(inout) :: run     !! the run; out: its point is on this mesh
+      type(path_state_t), intent(inout) :: run     !! the run; out: its last accepted point is transferred to the mesh of `trial`
       type(path_point_t), intent(inout) :: trial
       type(increment_t), intent(out) :: report
-      logical, intent(out) :: taken                !! false: no point was found, and problem and run are unchanged
-      type(rung_t) :: here, sound, next
+      logical, intent(out) :: taken                !! false: no point was found; problem and run are then unchanged
+      type(homotopy_point_t) :: here, sound, next
       type(state_t) :: start
       type(system_t) :: system
       type(cut_t), allocatable :: cut(:)
@@ -111,7 +113,7 @@ contains
          here%part = here%part / first_growth
       end do
       if (.not. report%converged) return
-      call copy_rung(here, sound)
+      call copy_homotopy_point(here, sound)
       growth = first_growth
       tries = 0
       do
@@ -120,7 +122,7 @@ contains
          if (marked(here%problem, here%state, cut) .or. tries > most_tries) then
             if (here%part >= 1.0_wp) exit
             if (here%part > sound%part) growth = growth**2
-            call copy_rung(here, sound)
+            call copy_homotopy_point(here, sound)
             tries = 0
             next%part = min(1.0_wp, here%part * growth)
             call stiffen(problem, cut, (here%part / next%part)**0.25_wp)
@@ -128,11 +130,11 @@ contains
          tries = tries + 1
          next%problem = new_span_problem(softened(here%problem, problem, next%part), &
             & present_contact_spans(here%problem, here%state), here%state, cut)
-         call stand_there(run%control, here, next, system, report)
+         call solve_at_stiffness(run%control, here, next, system, report)
          if (report%converged) then
-            call copy_rung(next, here)
+            call copy_homotopy_point(next, here)
          else
-            call copy_rung(sound, here)
+            call copy_homotopy_point(sound, here)
             if (here%part >= 1.0_wp) exit
             growth = sqrt(growth)
             tries = 0
@@ -140,7 +142,7 @@ contains
          end if
       end do
       start = carried(problem, run%last%state, here%problem)
-      call tell_segments(here%problem, start, carried=.true.)
+      call assign_segments(here%problem, start, carried=.true.)
       run%last%tangent%u = carried_field(problem, run%last%state, run%last%tangent%u, here%problem, start)
       call forget_mesh(run)
       call copy_problem(here%problem, problem)
@@ -150,11 +152,11 @@ contains
       taken = trial%system%ok
    end subroutine take_stiff_start
 
-   !> Finds the equilibrium with the mesh and the stiffness of the next step, from the state of the present step of the stiffness.
-   subroutine stand_there(control, here, next, system, report)
+   !> Finds the equilibrium on the mesh and with the stiffness of `next`, starting from the state at the present stiffness.
+   subroutine solve_at_stiffness(control, here, next, system, report)
       type(control_t), intent(in) :: control
-      type(rung_t), intent(in) :: here
-      type(rung_t), intent(inout) :: next          !! in: with problem and part
+      type(homotopy_point_t), intent(in) :: here
+      type(homotopy_point_t), intent(inout) :: next          !! in: its problem and part are given; out: also its state
       type(system_t), intent(out) :: system
       type(increment_t), intent(out) :: report
       type(control_t) :: hold
@@ -162,24 +164,24 @@ contains
       hold = control
       hold%increment = 0.0_wp
       next%state = carried(here%problem, here%state, next%problem)
-      call tell_segments(next%problem, next%state, carried=.true.)
+      call assign_segments(next%problem, next%state, carried=.true.)
       guess = next%state
       system = new_system(next%problem)
       call correct(next%problem, guess, hold, .true., next%state, system, report)
-   end subroutine stand_there
+   end subroutine solve_at_stiffness
 
-   !> Predicts the ends of contact for a stiffer foundation, from beams on elastic foundations: beside an end all lengths scale with
-   !> the boundary layer, and far from the end the rod behaves as on a rigid foundation, with its touchdown point sqrt(2) layers
-   !> from the end.
+   !> Predicts the ends of contact on a stiffer foundation, from the theory of beams on elastic foundations. Beside an end all
+   !> lengths scale with the boundary layer. Far from the end the rod behaves as on a rigid foundation, with its touchdown point at
+   !> sqrt(2) layer lengths from the end.
    subroutine stiffen(problem, cut, ratio)
       type(problem_t), intent(in) :: problem
-      type(cut_t), intent(inout) :: cut(:)         !! sorted
-      real(wp), intent(in) :: ratio                !! layer length after over before
-      real(wp), parameter :: beside = 10.0_wp      !! layers: distance beyond which their effect has decayed
+      type(cut_t), intent(inout) :: cut(:)         !! interface points, sorted along the rod; moved on return
+      real(wp), intent(in) :: ratio !! length of the boundary layer on the stiffer foundation over that on the softer one
+      real(wp), parameter :: beside = 10.0_wp      !! number of layer lengths beyond which the effect of an end has decayed
       real(wp) :: free(size(cut)), at(size(cut)), way
       integer :: i, j, side, nearest
       at = cut%at
-      ! The longest free span beside an end of contact determines which end the others follow.
+      ! The end of contact beside the longest free span determines the motion of the ends near it.
       do i = 1, size(cut)
          side = merge(1, 2, cut(i)%layer(2) > 0.0_wp)
          free(i) = huge(free)
@@ -199,7 +201,7 @@ contains
             if (.not. cut(i)%at_end) cut(i)%at = at(nearest) + way + ratio * (at(i) - at(nearest))
          end associate
       end do
-      ! Ends of one contact that would pass each other are too close for this prediction.
+      ! If two ends of one contact would pass each other, they are too close for this prediction: none is moved.
       do i = 1, size(cut)
          associate (length => problem%layout%rod_segment(cut(i)%rod_segment)%length)
             if (.not. cut(i)%at_end .and. (cut(i)%at <= 0.0_wp .or. cut(i)%at >= length)) cut%at = at
@@ -214,8 +216,8 @@ contains
       end do
    end subroutine stiffen
 
-   !> Problem of the same deck with a part of the stiffness of all foundations without tension; with less than the full stiffness
-   !> also without the corners of laws, because the first point is found before any is reached.
+   !> Problem of the same deck, with the stiffness of all tensionless foundations reduced to a part. With less than the full
+   !> stiffness the corners of force laws are removed as well, because the first point is found before any of them is reached.
    function softened(problem, whole, part) result(soft)
       type(problem_t), intent(in) :: problem       !! problem on any mesh
       type(problem_t), intent(in) :: whole         !! problem with the deck's stiffness

@@ -1,4 +1,4 @@
-!> Attempts from one point of the path: the last trial increment and the counters of those before it.
+!> Attempts from one point of the path: the last trial increment and the counters of all trials from that point.
 module attempt
    use kinds, only: wp
    use problem, only: problem_t
@@ -16,35 +16,36 @@ module attempt
 
    !> Attempts to make an increment from one point of the path.
    type :: attempt_t
-      ! The point from which the attempts are made.
-      integer :: point = -1                      !! number of the step's accepted points before this point
+      ! The point from which the attempts are made:
+      integer :: point = -1                      !! number of accepted points of the step before this point
       real(wp) :: first_increment = 0.0_wp       !! size of the first increment tried from this point
-      logical :: changed = .false.               !! a contact change was made when the point was last examined
-      ! The last increment.
+      logical :: changed = .false.               !! true: a contact change was made at the point while the trial was examined
+      ! The last increment:
       type(path_point_t) :: trial                !! end of the increment, in equilibrium if report%converged
       type(increment_t) :: report                !! report of the correction to the trial
-      type(request_t) :: request                 !! requirements of the trial before the path can continue
-      type(relation_t) :: relation               !! relation of the point and the trial
-      type(corner_t) :: corner                   !! corner of the path between the point and the trial
-      logical :: off_path = .false.                !! the trial is in equilibrium, but not on the path ahead of the point
-      logical :: begins = .false.                !! contact spans begin with this increment
-      logical :: has_trial = .false.             !! the next trial is in equilibrium already: on another mesh, or behind a change of
-      !! contact
+      type(request_t) :: request !! what the trial requires before the path can continue (shorter increment, another mesh, smaller
+      !! residual)
+      type(relation_t) :: relation               !! comparison of the trial with the point: directions, distances
+      type(corner_t) :: corner                   !! corner of the path between the point and the trial, if one is predicted
+      logical :: off_path = .false.                !! true: the trial is in equilibrium, but not on the path ahead of the point
+      logical :: begins = .false.                !! true: with this increment contact at nodes becomes contact spans
+      logical :: has_trial = .false.             !! true: the next trial is already in equilibrium: transferred from another mesh, or
+      !! found behind a change of contact
       real(wp) :: planned = 0.0_wp               !! increment planned before a change of contact gave the trial; 0: the trial's own
-      logical :: finished = .false.              !! the step ended within the increment
-      ! Counters.
+      logical :: finished = .false.              !! true: the step ended at an event within the increment
+      ! Counters:
       integer :: cuts = 0                        !! failed increments from the point
-      integer :: failures = 0                    !! increments to other paths since one succeeded at first try
-      integer :: searches = 0                    !! halvings made to separate events
-      integer :: meshes = 0                      !! meshes made for the increment's errors, see arrival_t
-      integer :: corner_meshes = 0               !! meshes made for a corner of the contact set
-      integer :: doubled_at = -1                 !! point for which the mesh density was doubled last
-      real(wp) :: asked_at = -1.0_wp             !! arc length up to which another contact set has been searched for
+      integer :: failures = 0 !! increments that ended on other paths, since the last increment that succeeded at the first attempt
+      integer :: searches = 0                    !! halvings of the increment that were made to separate events
+      integer :: meshes = 0                      !! meshes made because of the increment's errors, see arrival_t
+      integer :: corner_meshes = 0               !! meshes made because of the errors at a corner of the contact set
+      integer :: doubled_at = -1                 !! number of the point at which the mesh density was doubled last; -1: none
+      real(wp) :: searched_to = -1.0_wp             !! arc length up to which another contact set has been searched for; -1: none
    end type attempt_t
 
 contains
 
-   !> Begins at the last accepted point of the path; resets the counters of meshes if this point is new.
+   !> Begins the attempts at the last accepted point of the path. The counters of meshes are reset if this point is new.
    subroutine start_from(run, attempt)
       type(path_state_t), intent(in) :: run
       type(attempt_t), intent(inout) :: attempt

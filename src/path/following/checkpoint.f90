@@ -1,11 +1,11 @@
-!> Checkpoint: the state of a run between two points as an archive of words, and its restoration. A run restarted from a checkpoint
+!> Checkpoint: the state of a run between two points, stored as an archive, and its restoration. A run restarted from a checkpoint
 !> has the same results to the last bit.
 !>
-!> A checkpoint contains everything on which the further path depends: problem with its mesh, state, factors, control, counters of
-!> the attempts from the last point, critical points (run_archive stores every component of these types). It begins with a frame,
-!> which identifies the path and stores the results of the paths before it: for the path of a step the perfect model and the
-!> buckling modes found so far, for a branch also the path of its step and the critical points of the branches before it, for a
-!> limit curve the path of its step (limit_curves).
+!> A checkpoint contains everything on which the further path depends: the problem with its mesh, the state, factors, control,
+!> counters of the attempts from the last point, and critical points (module run_archive stores every component of these types). It
+!> begins with a frame, which identifies the path and stores the results of earlier paths. The frame of a step's path has the
+!> perfect model and the buckling modes found so far. The frame of a branch also has the path of its step and the critical points of
+!> the branches before it, the frame of a limit curve the path of its step (limit_curves).
 module checkpoint
    use kinds, only: wp
    use errors, only: error_t
@@ -23,7 +23,7 @@ module checkpoint
    implicit none
    private
    public :: saved_run_t, on_step, on_branch, on_curve, exchange_step, exchange_branch, save_run, restore_run, clear_end
-   public :: change_steps, take_steps, go_on_from_point, not_again
+   public :: change_steps, take_steps, continue_from_point, not_again
 
    integer, parameter :: on_step = 1, on_branch = 2, on_curve = 3 !! kinds of path
    character(*), parameter :: not_again = 'the run that was made again up to the point does not find the points in the file: '// &
@@ -32,13 +32,13 @@ module checkpoint
    !> A restart: a checkpoint that is read part by part, or a run that is repeated up to a point.
    type :: saved_run_t
       type(archive_t) :: archive
-      integer :: kind = 0                        !! on_step, on_branch, on_curve; 0: no checkpoint
-      logical :: changed = .false.               !! the deck has changed: a path that was complete continues, too
-      integer :: from = 0 !! row of a path, from 1: the run is repeated up to there, without checkpoints, and then continues with
-      !! `steps`; 0: no such point, or it is reached
-      integer :: branch = 0                      !! number of that path's branch; 0: the path of the steps
-      type(step_t), allocatable :: steps(:)      !! steps of the deck
-      real(wp), allocatable :: load_factor(:)    !! (rows) load factors that the run found before
+      integer :: kind = 0 !! kind of path on which the checkpoint was written: on_step, on_branch, on_curve; 0: no checkpoint
+      logical :: changed = .false. !! true: the deck has changed, and a path that was complete continues with the changed deck
+      integer :: from = 0 !! row of the results up to which the run is repeated, without checkpoints, before it continues with
+      !! `steps`; 0: no such row, or the run has reached it
+      integer :: branch = 0                      !! number of the branch to which row `from` belongs; 0: the path of the steps
+      type(step_t), allocatable :: steps(:)      !! steps of the changed deck
+      real(wp), allocatable :: load_factor(:)    !! (rows) load factors of the points in the result file
    contains
       procedure :: pause
       procedure :: renews
@@ -46,7 +46,7 @@ module checkpoint
 
 contains
 
-   !> Row at which a path must pause, because other steps continue the run from there; 0: none.
+   !> Row of the results at which a path must pause, because the run continues from there with other steps; 0: none.
    pure integer function pause(saved, branch)
       class(saved_run_t), intent(in) :: saved
       integer, intent(in) :: branch              !! number of the path's branch; 0: the path of the steps
@@ -62,8 +62,8 @@ contains
    !> Stores or reads the frame of the path of a step, the first part of the checkpoint.
    subroutine exchange_step(a, kind, step, n_branches, perfect, buckled)
       type(archive_t), intent(inout) :: a
-      integer, intent(inout) :: kind             !! on_step, on_branch or on_curve: the other parts of this kind must follow
-      integer, intent(inout) :: step, n_branches !! number of the step; branches of all previous steps
+      integer, intent(inout) :: kind !! kind of path: on_step, on_branch or on_curve; tells which parts of the checkpoint follow
+      integer, intent(inout) :: step, n_branches !! number of the step; number of branches of all previous steps
       type(model_t), intent(inout) :: perfect
       type(buckling_t), intent(inout) :: buckled(:)
       integer :: k
@@ -76,14 +76,14 @@ contains
       end do
    end subroutine exchange_step
 
-   !> Stores or reads the part of the frame that a branch adds: the critical points of the path of its step and of the branches
-   !> before this one.
+   !> Stores or reads the part of the frame that a branch adds: the critical points of the step's path and of the branches before
+   !> this one.
    subroutine exchange_branch(a, branch, first, own, found)
       type(archive_t), intent(inout) :: a
       integer, intent(inout) :: branch           !! index of the branch in the step
       integer, intent(inout) :: first            !! number of branches of all previous steps
       type(critical_points_t), intent(inout) :: own
-      type(critical_points_t), intent(inout) :: found(:) !! (branches of the step)
+      type(critical_points_t), intent(inout) :: found(:) !! (branches of the step) critical points of each branch
       integer :: k
       call archive_one(a, branch)
       call archive_one(a, first)
@@ -93,14 +93,14 @@ contains
       end do
    end subroutine exchange_branch
 
-   !> Stores a checkpoint and passes it to the recorder, if the recorder requests one.
+   !> Stores a checkpoint and passes it to the recorder, if the recorder requests a checkpoint.
    subroutine save_run(problem, run, attempt, recorder, outcome, now)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
       type(attempt_t), intent(inout) :: attempt
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
-      logical, intent(in) :: now                 !! true: even if the recorder does not request one
+      logical, intent(in) :: now                 !! true: stored even if the recorder does not request a checkpoint
       type(error_t), allocatable :: error
       integer :: n
       if (.not. associated(run%frame)) return
@@ -112,7 +112,7 @@ contains
       if (allocated(error) .and. .not. allocated(outcome%why)) outcome%why = error%message
    end subroutine save_run
 
-   !> Restores the run from a checkpoint; run%critical_points must be associated. The reasons why the run ended are cleared.
+   !> Restores the run from a checkpoint; run%critical_points must be associated. The stored reasons why the run ended are cleared.
    subroutine restore_run(saved, problem, run, attempt, outcome)
       type(saved_run_t), intent(inout) :: saved
       type(problem_t), intent(inout) :: problem
@@ -137,13 +137,13 @@ contains
       outcome%dead_end = .false.
    end subroutine clear_end
 
-   !> Continues with the steps of the changed deck from the last repeated point.
-   subroutine go_on_from_point(saved, problem, run, attempt, outcome)
+   !> Continues with the steps of the changed deck from the last repeated point of the run.
+   subroutine continue_from_point(saved, problem, run, attempt, outcome)
       type(saved_run_t), intent(inout) :: saved
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
       type(attempt_t), intent(inout) :: attempt
-      type(outcome_t), intent(inout) :: outcome  !! why: the run does not find the points in the file
+      type(outcome_t), intent(inout) :: outcome  !! why: set if the repeated run does not find the points that the result file has
       logical :: again
       again = run%points <= size(saved%load_factor)
       if (again) again = .not. abs(run%recorded_load - saved%load_factor(run%points)) > 0.0_wp
@@ -152,7 +152,7 @@ contains
       call clear_end(outcome)
       if (.not. again) outcome%why = not_again
       if (saved%changed) call change_path(saved, problem, run, attempt)
-   end subroutine go_on_from_point
+   end subroutine continue_from_point
 
    !> Continues a path from its last accepted point with the steps of the changed deck.
    subroutine change_path(saved, problem, run, attempt)
@@ -179,11 +179,11 @@ contains
       call take_steps(new, problem%deck%step)
    end subroutine change_steps
 
-   !> Replaces steps by those of the changed deck. Loads stay as distributed onto the mesh. The residual factor found by the run
-   !> stays if the tolerances are equal.
+   !> Replaces steps by those of the changed deck. Loads remain as they were distributed onto the mesh. The residual factor found by
+   !> the run is kept if the tolerances are equal.
    subroutine take_steps(new, steps)
       type(step_t), intent(in) :: new(:)
-      type(step_t), intent(inout) :: steps(:)    !! as many
+      type(step_t), intent(inout) :: steps(:)    !! in: steps of the old deck; out: as many steps of the changed deck
       type(step_t) :: one
       integer :: i
       do i = 1, size(steps)

@@ -1,5 +1,5 @@
-!> Repetition of an increment from the last accepted point: on another mesh, with a smaller residual, with the contact set found
-!> from contact at the nodes, or half as long.
+!> Repetition of an increment from the last accepted point: on another mesh, with a smaller residual, with another contact set, or
+!> half as long.
 module increment_retries
    use kinds, only: wp
    use model, only: step_t
@@ -12,19 +12,19 @@ module increment_retries
    use path_record, only: recorder_t
    implicit none
    private
-   public :: retry_refined, retry_by_nodes, retry_shorter
+   public :: retry_refined, retry_by_nodes, shorten_increment
 
-   real(wp), parameter :: sharper = 0.01_wp     !! residual tolerance of the repetition over the one before; one input deck changes
-   !! at 0.001 and at 0.1
+   real(wp), parameter :: sharper = 0.01_wp !! residual tolerance of the repetition over that of the failed trial; with 0.001 and
+   !! with 0.1 one deck in input has other results
 
 contains
 
-   !> Prepares the repetition that the trial requested: a smaller residual or another mesh.
+   !> Prepares the repetition that the trial requires: a smaller residual or another mesh.
    subroutine retry_refined(problem, run, attempt, settled)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
       type(attempt_t), intent(inout) :: attempt
-      logical, intent(in) :: settled             !! the trial is in equilibrium
+      logical, intent(in) :: settled             !! true: the trial is in equilibrium
       logical :: done
       attempt%cuts = 0
       attempt%meshes = attempt%meshes + 1
@@ -36,12 +36,12 @@ contains
          return
       end if
       call refine_mesh(problem, run, attempt%trial, settled, attempt%request, attempt%has_trial, done)
-      ! If no mesh can be made, the counter is set so that the present mesh is accepted.
+      ! If no mesh can be made, the counter is set to its limit, so that the present mesh is accepted.
       if (.not. done) attempt%meshes = huge(attempt%meshes) - 1
    end subroutine retry_refined
 
-   !> Finds another contact set by trials, or else from contact at the nodes, if no increment succeeds with the present set; once at
-   !> each position along the path. attempt%changed is true if another set is found; otherwise the set is unchanged.
+   !> Finds another contact set, by trials or else by contact at nodes, if no increment succeeds with the present set. This is done
+   !> once at each position along the path. attempt%changed is true if another set is found; otherwise the set is unchanged.
    subroutine retry_by_nodes(problem, step, run, attempt, recorder, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -49,29 +49,33 @@ contains
       type(attempt_t), intent(inout) :: attempt
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
-      ! Points separated by contact changes alone are at the same position.
-      attempt%changed = problem%has_spans() .and. run%arc_length - run%left_at > attempt%asked_at
+      ! Points between which only the contact set changes are at the same position.
+      attempt%changed = problem%has_spans() .and. run%arc_length - run%left_at > attempt%searched_to
       if (.not. attempt%changed) return
-      attempt%asked_at = place()
+      attempt%searched_to = place()
       call find_other_set(problem, step, run, attempt%first_increment, recorder, attempt%changed, attempt%finished, outcome)
-      ! Contact at nodes is not tried again at the position at which the new set was found.
-      attempt%asked_at = place()
+      ! Contact at nodes is not tried again at the position at which the present set was found.
+      attempt%searched_to = place()
       if (.not. attempt%changed) return
       run%control%increment = sign(attempt%first_increment, run%control%increment)
       attempt%cuts = 0
 
    contains
 
-      !> Arc length of the run's point since the start of the step or branch, enlarged by the location tolerance: points up to this
-      !> arc length are at the same position.
+      !> Arc length of the run's last point since the start of the step or branch, enlarged by the location tolerance: all points up
+      !> to this arc length are at the same position.
       real(wp) function place()
          place = (1.0_wp + step%locate_tolerance) * (run%arc_length - run%left_at)
       end function place
    end subroutine retry_by_nodes
 
-   !> Halves the increment.
-   pure subroutine retry_shorter(run)
+   !> Prepares a shorter increment from the last accepted point: half of the increment that failed, or another part of it.
+   pure subroutine shorten_increment(run, part)
       type(path_state_t), intent(inout) :: run
-      run%control%increment = 0.5_wp * run%control%increment
-   end subroutine retry_shorter
+      real(wp), intent(in), optional :: part !! part of the increment, 0 to 1; default: a half
+      real(wp) :: kept
+      kept = 0.5_wp
+      if (present(part)) kept = part
+      run%control%increment = kept * run%control%increment
+   end subroutine shorten_increment
 end module increment_retries

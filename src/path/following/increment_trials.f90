@@ -16,12 +16,13 @@ module increment_trials
 
 contains
 
-   !> Makes the increment of the control, unless its trial exists already, and sets attempt%off_path if the trial is not on the path
+   !> Makes the increment of the control, unless its trial exists already. Sets attempt%off_path if the trial is not on the path
    !> ahead of the last accepted point.
    subroutine try_increment(problem, step, run, attempt)
-      type(problem_t), intent(inout) :: problem  !! changes its mesh if contact spans begin or the start is stiff
+      type(problem_t), intent(inout) :: problem !! its mesh changes if contact spans begin, or if the path starts on stiff
+      !! foundations
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run   !! moves to the mesh of the trial with it
+      type(path_state_t), intent(inout) :: run   !! transferred to the mesh of the trial if the mesh changes
       type(attempt_t), intent(inout) :: attempt
       attempt%begins = .false.
       if (attempt%has_trial) then
@@ -39,8 +40,8 @@ contains
       attempt%has_trial = .false.
    end subroutine try_increment
 
-   !> Makes the increment with which contact at nodes becomes contact spans. If the increment leaves the path, problem and path
-   !> state are restored: another set of contact spans may be right for a shorter increment.
+   !> Makes the increment with which contact at nodes becomes contact spans. If the increment leaves the path, problem and run are
+   !> restored: for a shorter increment another set of contact spans may be right.
    subroutine begin_with_spans(problem, step, run, attempt)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -77,14 +78,14 @@ contains
       attempt%relation = relate(problem, run%last%state, attempt%trial%state, run%last%tangent, &
          & attempt%trial%tangent, run%fresh)
       attempt%off_path = .not. same_path(attempt%relation)
-      ! With contact spans a corner of the path is a located contact change, and the path tangent is the one behind the change.
+      ! With contact spans a corner of the path is a located contact change, and the path tangent is that behind the change.
       if (attempt%off_path .and. .not. problem%has_spans()) then
          call find_corner_ahead(problem, run, attempt%trial, attempt%corner)
          attempt%off_path = .not. (around_corner(before, attempt) .or. is_near(problem, step, run, attempt%corner))
       else
          attempt%corner = corner_t()
       end if
-      ! After a contact change at the last accepted point the length of the increment is not checked.
+      ! If the contact has changed at the last accepted point, the length of the increment is not checked.
       if (.not. attempt%changed) attempt%off_path = attempt%off_path .or. too_far(problem, run%control, attempt%relation)
       if (attempt%off_path) then
          attempt%report%message = 'what equilibrium there is ahead lies on another path, or behind a loop of this one'
@@ -92,14 +93,14 @@ contains
          attempt%off_path = turned_back(problem, run, attempt%trial)
          if (attempt%off_path) attempt%report%message = 'the path turns round and leads back over the points that it has passed'
       end if
-      ! A trial transferred from another mesh has been compared with the path there and stays accepted: the last point may not be in
-      ! equilibrium on the new mesh, so that a comparison here may fail.
+      ! A trial that was transferred from another mesh has been compared with the path on that mesh and remains accepted: on the new
+      ! mesh the last accepted point may not be in equilibrium, so that another comparison could fail.
       if (attempt%has_trial .and. .not. turned_over(attempt%relation)) attempt%off_path = .false.
    end subroutine check_continuity
 
-   !> True if the trial lies behind a corner of the path that failed longer increments have shown.
+   !> True if the trial lies behind a corner of the path that longer, failed increments have predicted.
    pure logical function around_corner(before, attempt) result(around)
-      type(relation_t), intent(in) :: before     !! relation of the point and the previous trial
+      type(relation_t), intent(in) :: before     !! relation between the last accepted point and the previous trial
       type(attempt_t), intent(in) :: attempt
       around = attempt%cuts > 0 .and. attempt%corner%goes_around
       if (around) around = attempt%corner%length >= 0.0_wp .or. at_corner(before, attempt%relation)

@@ -18,7 +18,7 @@ module path_follower
    use increment_trials, only: try_increment
    use checkpoint, only: save_run
    use step_recovery, only: try_recovery
-   use increment_retries, only: retry_refined, retry_by_nodes, retry_shorter
+   use increment_retries, only: retry_refined, retry_by_nodes, shorten_increment
    use path_acceptance, only: arrival_t, accept
    use corner_limit, only: report_turned_load
    use path_outcome, only: outcome_t, must_end
@@ -31,12 +31,13 @@ module path_follower
    private
    public :: follow_points
 
-   integer, parameter :: max_searches = 4       !! halvings of an increment to separate events; no input deck changes from 2 to 8
+   integer, parameter :: max_searches = 4 !! largest number of halvings of an increment that separate events; with values from 2 to
+   !! 8 every deck in input has the same results
 
 contains
 
-   !> Follows the path from the last accepted point, with the control set, to the stop condition or to the row where it must pause.
-   !> Passes checkpoints to the recorder between the attempts and at the end.
+   !> Follows the path from the last accepted point to the stop condition or to the row where it must pause; the control must be
+   !> set. Passes checkpoints to the recorder between the attempts and at the end.
    subroutine follow_points(problem, step, run, recorder, outcome, attempt, pause)
       type(problem_t), intent(inout) :: problem  !! its mesh changes with contact spans
       type(step_t), intent(in) :: step           !! step of the deck, or its copy for a branch
@@ -44,7 +45,8 @@ contains
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       type(attempt_t), intent(inout) :: attempt  !! attempts already made from the last accepted point
-      integer, intent(in) :: pause               !! row of the results at which the caller has something to change; 0: none
+      integer, intent(in) :: pause !! row of the results at which the follower returns, because the caller changes the steps there;
+      !! 0: none
       do
          if (pause > 0 .and. run%points >= pause) return
          if (ended(attempt, outcome)) exit
@@ -80,19 +82,19 @@ contains
          if (outcome%used_up) outcome%why = 'the allowed number of points was used up before the stop condition'
       end function points_used_up
 
-      !> Makes a contact change at the last accepted point, if remeshing has moved the change before this point.
+      !> Makes a contact change at the last accepted point, if remeshing has moved the change to a position before this point.
       subroutine catch_up()
          type(path_point_t) :: here
          run%mesh%change_behind = .false.
          here = run%last
          call pass_change(problem, step, run, here, .false., huge(1), recorder, attempt%request, attempt%finished, outcome)
          call note_change(problem, run, attempt)
-         if (attempt%request%shorter) call retry_shorter(run)
+         if (attempt%request%shorter) call shorten_increment(run)
          if (attempt%changed) attempt%has_trial = allocated(attempt%request%ahead)
       end subroutine catch_up
 
       !> Makes the contact change between the last accepted point and the trial, if there is one; otherwise accepts the trial as a
-      !> point of the path. If the increment must be repeated first, attempt%request contains the reasons.
+      !> point of the path. If the increment must first be repeated, attempt%request contains the requirements.
       subroutine take_trial()
          type(arrival_t) :: arrival
          if (attempt%cuts == 0) attempt%failures = 0
@@ -113,13 +115,13 @@ contains
          end associate
       end subroutine take_trial
 
-      !> Prepares the next trial: the same increment, changed as attempt%request requires, or else the next increment.
+      !> Prepares the next trial: the same increment, modified as attempt%request requires, or else the next increment.
       subroutine serve_request()
          character(:), allocatable :: no_set
          associate (request => attempt%request)
             if (allocated(request%no_set)) then
                no_set = request%no_set
-               if (request%shorter) call retry_shorter(run)
+               if (request%shorter) call shorten_increment(run)
                call retry_by_nodes(problem, step, run, attempt, recorder, outcome)
                if (.not. (attempt%changed .or. ended(attempt, outcome))) outcome%why = no_set
             else if (request%set_changed) then
@@ -127,7 +129,7 @@ contains
             else if (request%remeshes()) then
                call retry_refined(problem, run, attempt, .true.)
             else if (request%shorter) then
-               call retry_shorter(run)
+               call shorten_increment(run)
             else
                call go_to_next_increment(problem, step, attempt, run, outcome)
             end if
@@ -135,7 +137,7 @@ contains
       end subroutine serve_request
    end subroutine follow_points
 
-   !> Sets the controlled quantity and limits the increment.
+   !> Sets the controlled quantity of the next increment and limits the increment.
    subroutine set_control(problem, step, run)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -147,12 +149,12 @@ contains
    end subroutine set_control
 
    !> Remeshes at the accepted point and chooses the next increment. The mesh becomes finer where the required mesh density has
-   !> grown, and coarser where it is finer than required. Under an arc-length strategy load increments are made until the arc length
-   !> has a scale, and while nothing moves.
+   !> grown, and coarser where the mesh is finer than required. An arc-length strategy makes load increments until displacements
+   !> give the arc length a scale, and while no node moves.
    subroutine go_to_next_increment(problem, step, attempt, run, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
-      type(attempt_t), intent(inout) :: attempt  !! the attempt that led to the point
+      type(attempt_t), intent(inout) :: attempt  !! the attempt that led to the accepted point
       type(path_state_t), intent(inout) :: run
       type(outcome_t), intent(inout) :: outcome
       logical :: scaled
@@ -165,8 +167,7 @@ contains
          call begin_arc_length(problem, step, run, scaled)
          if (scaled) return
          if (.not. run%control%load_scale > 0.0_wp) then
-            ! The structure has not moved: an obstacle approaches it or has just come into contact; the increment stays the first
-            ! one.
+            ! No node has moved: an obstacle approaches the structure, or has just come into contact. The first increment is kept.
             run%control%increment = step%increment
             if (.not. (run%last_length > 0.0_wp .or. may_rest(step))) &
                & outcome%why = 'the first increment moved nothing: the arc length has no scale'

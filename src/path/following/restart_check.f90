@@ -10,7 +10,7 @@ module restart_check
 
 contains
 
-   !> Message why a run of one deck cannot be continued with another; empty if it can.
+   !> Message that explains why a run of deck `old` cannot be continued with deck `new`; empty if it can.
    function why_not_with(old, new) result(why)
       type(model_t), intent(in) :: old, new
       character(:), allocatable :: why
@@ -23,7 +23,7 @@ contains
       end if
    end function why_not_with
 
-   !> Archive of a model without title, job and the cards that control how steps are followed.
+   !> Archive of a model without title, job name and the cards that control how steps are followed.
    function structure(model) result(a)
       type(model_t), intent(in) :: model
       type(archive_t) :: a

@@ -3,33 +3,33 @@ module start_support
    use model, only: model_t, new_load
    use problem, only: problem_t, new_problem
    use rod_state, only: state_t, new_state
-   use support_check, only: unheld_part
+   use support_check, only: movable_part
    use bar_check, only: indeterminate_bar
    use span_mesh, only: prepare_mesh
    implicit none
    private
-   public :: why_unheld, why_deck_unheld, unheld
+   public :: why_unstable, why_deck_unstable, unheld
 
    character(*), parameter :: unheld = 'supports and touching obstacles do not hold the structure'
 
 contains
 
-   !> Message naming the part of the structure that can move freely at the stress-free start, or the force that is indeterminate
+   !> Message that names the part of the structure that can move freely at the stress-free start, or the force that is indeterminate
    !> there; '' if there is neither.
-   function why_unheld(problem, state) result(why)
+   function why_unstable(problem, state) result(why)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state       !! stress-free start with its contact set
       character(:), allocatable :: why
-      why = unheld_part(problem, state)
+      why = movable_part(problem, state)
       if (why /= '') then
          why = why//': '//unheld
       else
          why = indeterminate_bar(problem, state)
       end if
-   end function why_unheld
+   end function why_unstable
 
-   !> Message of why_unheld for the model of a deck, which need not have steps.
-   function why_deck_unheld(model) result(why)
+   !> Message of why_unstable for the model of a deck, which need not have steps.
+   function why_deck_unstable(model) result(why)
       type(model_t), intent(in) :: model
       character(:), allocatable :: why
       type(model_t) :: followed
@@ -46,6 +46,6 @@ contains
       problem = new_problem(followed)
       call prepare_mesh(problem)
       start = new_state(problem)
-      why = why_unheld(problem, start)
-   end function why_deck_unheld
+      why = why_unstable(problem, start)
+   end function why_deck_unstable
 end module start_support

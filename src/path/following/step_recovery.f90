@@ -1,7 +1,7 @@
 !> Remedies after a failed increment, in this order: release of interface points, a contact change just ahead, the mesh before the
-!> last coarsening, a mesh twice as fine, a corner of the path, a shorter increment; if it would become too short, another contact
-!> set by trials, or by contact at nodes (set_mending). A remedy is skipped if its condition is not met. Each remedy returns `done`
-!> if no other must be tried, because it succeeded or the run ends.
+!> last coarsening, a mesh twice as fine, a corner of the path, a shorter increment. If the increment would become too short,
+!> another contact set is searched for, by trials or by contact at nodes (set_mending). A remedy is skipped if its condition is not
+!> met. Each remedy returns `done` = true if no further remedy is needed, because this one succeeded or the run ends.
 module step_recovery
    use kinds, only: wp
    use model, only: step_t, method_load, method_displacement
@@ -17,25 +17,28 @@ module step_recovery
    use span_changes, only: pass_change
    use span_mesh, only: step_back, ask_for_twice
    use attempt, only: attempt_t, note_change, ended
-   use increment_retries, only: retry_refined, retry_by_nodes, retry_shorter
+   use increment_retries, only: retry_refined, retry_by_nodes, shorten_increment
    use path_record, only: recorder_t
    use timing, only: count_up, counter_rejected, counter_cut
    use text, only: to_text
    use path_control, only: is_arc_length
    use displacement_functional, only: monitor_change
-   use looking_ahead, only: look_t, look_from, look_on
+   use unrecorded_path, only: unrecorded_path_t, start_unrecorded, advance_unrecorded
    use corrector, only: increment_t
    implicit none
    private
    public :: try_recovery
 
-   integer, parameter :: max_cuts = 40          !! failed attempts at one increment; no input deck changes from 20 to 80
+   integer, parameter :: max_cuts = 40 !! largest number of failed attempts at one increment; with values from 20 to 80 every deck
+   !! in input has the same results
    integer, parameter :: cuts_before_release = 2 !! failed attempts after which interface points are released
    integer, parameter :: cuts_before_corner = 2 !! failed attempts after which a corner of the path is searched for
    integer, parameter :: cuts_before_change = 3 !! failed attempts after which a contact change ahead is searched for
-   integer, parameter :: cuts_before_mesh = 6   !! failed attempts, or increments to other paths, after which the mesh is suspected
+   integer, parameter :: cuts_before_mesh = 6 !! failed attempts, or increments that ended on other paths, after which the mesh is
+   !! assumed to be too coarse
 
-   integer, parameter :: most_points = 40       !! largest number of points followed ahead; no input deck changes from 20 to 80
+   integer, parameter :: most_points = 40 !! largest number of points followed ahead; with values from 20 to 80 every deck in input
+   !! has the same results
    character(*), parameter :: arc_length_can = ' (METHOD=CYLINDRICAL can)'
 
 contains
@@ -45,7 +48,7 @@ contains
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      type(attempt_t), intent(inout) :: attempt  !! its increment has failed
+      type(attempt_t), intent(inout) :: attempt  !! the attempts from the last accepted point; the last one has failed
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       logical :: done
@@ -61,9 +64,9 @@ contains
 
    contains
 
-      !> Releases interface points beside contact spans: the increment is repeated with elements that represent the end of contact
-      !> with a foundation inside. Interface points may meet one another or a touchdown point, or jump. The mesh of the next point
-      !> has nodes at their new positions.
+      !> Releases the interface points beside contact spans: the increment is repeated with elements that have the end of contact
+      !> with a foundation inside. This helps if interface points meet one another or a touchdown point, or jump. The mesh of the
+      !> next point has nodes at the new positions.
       subroutine release_marks(done)
          logical, intent(out) :: done
          integer :: m
@@ -74,7 +77,7 @@ contains
          call linearise(problem, run%last%state, run%last%state, run%last%system)
       end subroutine release_marks
 
-      !> Searches for a contact change of spans just ahead of the last accepted point and makes it.
+      !> Searches for a contact change of spans just ahead of the last accepted point, and makes this change.
       subroutine go_past_change(done)
          logical, intent(out) :: done
          done = .false.
@@ -87,11 +90,11 @@ contains
             call note_change(problem, run, attempt)
             done = request%set_changed .or. request%shorter .or. request%remeshes()
             if (done) attempt%cuts = 0
-            if (request%shorter) call retry_shorter(run)
+            if (request%shorter) call shorten_increment(run)
          end associate
       end subroutine go_past_change
 
-      !> Retries on the mesh used before the last coarsening.
+      !> Repeats the increment on the mesh used before the last coarsening.
       subroutine go_back_to_finer_mesh(done)
          logical, intent(out) :: done
          type(point_on_mesh_t), allocatable :: finer
@@ -103,7 +106,8 @@ contains
          attempt%cuts = 0
       end subroutine go_back_to_finer_mesh
 
-      !> Doubles the mesh density, once at each point, if the mesh was made by the program and may be too coarse for any increment.
+      !> Doubles the mesh density, at most once at each point, if the program made the mesh and the mesh may be too coarse for any
+      !> increment.
       subroutine double_mesh(done)
          logical, intent(out) :: done
          done = .false.
@@ -117,7 +121,7 @@ contains
          call retry_refined(problem, run, attempt, .false.)
       end subroutine double_mesh
 
-      !> Passes a corner of the path at a change of the contact set.
+      !> Passes a corner of the path at which the contact set changes.
       subroutine go_around_corner(done)
          logical, intent(out) :: done
          logical :: turned
@@ -138,13 +142,14 @@ contains
          done = turned
       end subroutine go_around_corner
 
-      !> Halves the increment, or shortens it to end before a corner due to foundations. If it becomes too short, contact is
-      !> determined from the nodes; the run ends if this gives no other contact set.
+      !> Halves the increment, or shortens it to end just before a corner of the path at a foundation. If the increment becomes too
+      !> short, another contact set is searched for; the run ends if none is found.
       subroutine cut_increment()
-         real(wp) :: part
-         part = 0.5_wp
-         if (attempt%off_path) part = part_before(problem, step, run, attempt%corner)
-         run%control%increment = part * run%control%increment
+         if (attempt%off_path) then
+            call shorten_increment(run, part_before(problem, step, run, attempt%corner))
+         else
+            call shorten_increment(run)
+         end if
          if (attempt%report%hopeless) then
             outcome%why = 'no first point: '//attempt%report%message
          else if (attempt%cuts > max_cuts .or. too_short(step, run, 1.0_wp)) then
@@ -154,13 +159,13 @@ contains
             call why_stuck(problem, step, run, attempt%report, outcome%why, outcome%turns)
          else
             call count_up(counter_cut)
-            ! The shorter increment may have meshes of its own.
+            ! The shortened increment may have as many meshes made for its errors as a new one.
             attempt%meshes = 0
          end if
       end subroutine cut_increment
    end subroutine try_recovery
 
-   !> True if a fraction of the increment is below the smallest one.
+   !> True if a given part of the increment is below the smallest increment of the step.
    pure logical function too_short(step, run, part)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
@@ -168,7 +173,7 @@ contains
       too_short = part * abs(run%control%increment) < smallest(step, run%control)
    end function too_short
 
-   !> Reason, as one sentence, why the path has no further point, with a remedy if one is known.
+   !> Reason, as one sentence, why no further point of the path was found, with a remedy if one is known.
    !>
    !> Load control ends at a limit point, displacement control at a turning point of the monitor. To verify that such a point lies
    !> ahead, the path is followed by arc length, without recording, until the load or the monitor turns back.
@@ -178,7 +183,7 @@ contains
       type(path_state_t), intent(in) :: run
       type(increment_t), intent(in) :: report   !! report of the last increment tried
       character(:), allocatable, intent(out) :: why
-      logical, intent(out) :: turns             !! the path continues, but this strategy cannot follow it
+      logical, intent(out) :: turns             !! true: the path continues, but the step's strategy cannot follow it
       character(:), allocatable :: cut
       real(wp) :: at
       integer :: points
@@ -191,7 +196,7 @@ contains
       end if
       call look_ahead(problem, run, at, points, turns)
       if (.not. turns) then
-         ! Arc-length strategies begin with a load increment.
+         ! Arc-length strategies begin with an increment of the load factor.
          if (is_arc_length(step%method)) then
             why = why//cut//' of the load factor)'
          else if (points > 0) then
@@ -213,25 +218,25 @@ contains
    subroutine look_ahead(problem, run, at, points, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      real(wp), intent(out) :: at               !! load factor at the turn, or at the last point
+      real(wp), intent(out) :: at               !! load factor where the controlled quantity turns back, or at the last point
       integer, intent(out) :: points            !! number of points found
-      logical, intent(out) :: found             !! the controlled quantity turns back
-      type(look_t) :: look
+      logical, intent(out) :: found             !! true: the controlled quantity turns back
+      type(unrecorded_path_t) :: look
       real(wp) :: rate_here, rate_there, load, slope
       logical :: ahead
       found = .false.
       points = 0
       at = run%last%state%load_factor
       if (.not. run%last%system%ok) return
-      look = look_from(run)
+      look = start_unrecorded(run)
       rate_here = rate()
-      ! If the controlled quantity at the last accepted point already changes against the sign of the increment, it has turned
+      ! If the controlled quantity already changes against the sign of the increment at the last accepted point, it has turned back
       ! before that point.
       if (.not. rate_here * run%control%increment > 0.0_wp) return
       do while (points < most_points)
          load = look%here%state%load_factor
          slope = look%here%tangent%load
-         call look_on(problem, look, ahead)
+         call advance_unrecorded(problem, look, ahead)
          if (.not. ahead) return
          points = points + 1
          rate_there = rate()
@@ -244,7 +249,7 @@ contains
 
    contains
 
-      !> Derivative of the controlled quantity (load or monitor) by arc length at the point followed last.
+      !> Derivative of the controlled quantity (load or monitor) by arc length at the last point that was followed.
       real(wp) function rate()
          associate (here => look%here)
             rate = here%tangent%load

@@ -1,9 +1,9 @@
 !> Limit points in two parameters: the limit load as a function of a foundation, a gap, an imperfection or a stiffness.
 !>
 !> Near a limit point the equilibria for all values of the parameter form a surface with two coordinates: the arc length a from the
-!> last limit point along its tangent, and the parameter p (the corrector finds the equilibrium for any a and p). The limit points
-!> are the zeros of h(a, p), the load rate along the path. They form a curve in the plane (a, p), which is followed by steps along
-!> the curve and a search normal to each step, so that the curve may turn back in the parameter.
+!> last limit point along its path tangent, and the parameter p. (The corrector finds the equilibrium for any a and p.) The limit
+!> points are the zeros of h(a, p), the load rate along the path. They form a curve in the plane (a, p). It is followed by steps
+!> along the curve and a search normal to each step, so that it may turn back in the parameter.
 module limit_curves
    use problem, only: copy_problem
    use kinds, only: wp
@@ -20,8 +20,8 @@ module limit_curves
    use second_parameter, only: present_value
    use limit_marks, only: renew_marks
    use limit_rigid, only: make_rigid
-   use limit_search, only: curve_trace_t, trial_t, stand_here, scale_rate, evaluate_rate, search, as_coordinate, as_value, &
-      & small_drop
+   use limit_search, only: curve_trace_t, trial_t, set_follower_tangent, scale_rate, evaluate_rate, search, as_coordinate, &
+      & as_value, small_drop
    use monitors, only: monitor_values
    use limit_mesh, only: bars_here, refine_limit_point
    use error_report, only: note_curve_bar
@@ -31,25 +31,27 @@ module limit_curves
    private
    public :: follow_limit_curves
 
-   integer, parameter :: max_cuts = 12              !! halvings of a step along the curve; no input deck changes from 6 to 24
-   real(wp), parameter :: farthest = 0.5_wp  !! a zero is rejected if its distance from the prediction exceeds this part of the
-   !! step
-   real(wp), parameter :: sharpest = 0.7_wp         !! smallest cosine of the angle between two steps; no input deck changes from
-   !! 0.07 to 0.7
-   real(wp), parameter :: easy = 5.0_wp             !! evaluations of one search up to which the step grows
-   real(wp), parameter :: first_step = 0.1_wp       !! first step of the curve over the deck's increment
-   real(wp), parameter :: first_distance = 1.0e-3_wp !! arc length of the first move along the path
+   integer, parameter :: max_cuts = 12 !! largest number of halvings of a step along the curve; with values from 6 to 24 every deck
+   !! in input has the same results
+   real(wp), parameter :: farthest = 0.5_wp !! a zero is rejected if its distance from the predicted position exceeds this part of
+   !! the step
+   real(wp), parameter :: sharpest = 0.7_wp !! smallest cosine of the angle between two successive steps; with values from 0.07 to
+   !! 0.7 every deck in input has the same results
+   real(wp), parameter :: easy = 5.0_wp             !! largest number of evaluations in a search after which the step still grows
+   real(wp), parameter :: first_step = 0.1_wp       !! first step along the curve over the increment of the deck
+   real(wp), parameter :: first_distance = 1.0e-3_wp !! arc length of the first move along the path, with which the load rate is
+   !! scaled
 
 contains
 
-   !> Follows all limit curves of a step. Failures are noted in outcome%trouble.
+   !> Follows all limit curves of a step. Failures are appended to outcome%trouble.
    subroutine follow_limit_curves(step, own, frame, saved, recorder, outcome)
       type(step_t), intent(in) :: step
-      type(critical_points_t), intent(inout) :: own        !! critical points of the step's path
-      type(archive_t), intent(inout) :: frame              !! data with which the checkpoints of all curves begin
-      type(saved_run_t), intent(inout) :: saved          !! restart; on_curve: continues a limit curve
+      type(critical_points_t), intent(inout) :: own        !! critical points of the step's own path
+      type(archive_t), intent(inout) :: frame !! frame with which the checkpoints of all curves begin (see module checkpoint)
+      type(saved_run_t), intent(inout) :: saved          !! restart; on_curve: the restart continues a limit curve
       class(recorder_t), intent(inout) :: recorder
-      type(outcome_t), intent(inout) :: outcome            !! why: only if the results cannot be written or the run must end
+      type(outcome_t), intent(inout) :: outcome            !! why: set only if the results cannot be written or the run must end
       type(curve_trace_t) :: trace
       character(:), allocatable :: trouble
       integer :: k, first
@@ -99,10 +101,10 @@ contains
             follower%coordinate = as_coordinate(curve, present_value(follower%base, curve))
             trace%start = follower%coordinate
             follower%unit(2) = abs(curve%increment)
-            ! Unit of the arc length: at first a length over which the path is curved, later the change of a in one step of the
-            ! curve.
+            ! Unit of the arc length a. For the first step it is a length over which the path is curved, later the change of a in
+            ! one step along the curve.
             follower%unit(1) = first_distance
-            call stand_here(follower, own%list(i)%direction, own%list(i)%direction_load)
+            call set_follower_tangent(follower, own%list(i)%direction, own%list(i)%direction_load)
             if (.not. follower%system%ok) then
                trouble = 'the tangent at the limit point is singular'
                return
@@ -117,13 +119,13 @@ contains
             call report(step, trace, trial, '  ', .false., recorder, outcome)
             trace%points = 1
             trace%way = [0.0_wp, sign(1.0_wp, curve%increment)]
-            ! The change of a in one step of the curve is not known yet.
+            ! At the first point the change of a in one step along the curve is not known yet.
             trace%distance = first_step
             trace%turned_at = follower%coordinate
          end associate
       end subroutine begin_curve
 
-      !> Restores a run on a limit curve from a checkpoint of which the frame has been read.
+      !> Restores a run on a limit curve from a checkpoint whose frame has been read.
       subroutine restore_trace()
          call exchange_trace(saved%archive, own, trace, outcome)
          call clear_end(outcome)
@@ -140,7 +142,7 @@ contains
       type(curve_trace_t), intent(inout) :: trace
       type(archive_t), intent(inout) :: frame
       class(recorder_t), intent(inout) :: recorder
-      character(:), allocatable, intent(out) :: trouble !! reason why the curve ends before its last value
+      character(:), allocatable, intent(out) :: trouble !! reason why the curve ends before the last value of its parameter
       type(outcome_t), intent(inout) :: outcome
       type(trial_t) :: trial
       real(wp) :: place(2), last, largest, target
@@ -162,7 +164,7 @@ contains
             call search_near(place, merge([1.0_wp, 0.0_wp], [way(2), -way(1)], exact .or. points == 1))
             if (trial%report%converged .and. .not. exact) then
                call shorten_to_values(place, exact, final)
-               ! The search has passed a requested value of the parameter: the search is repeated at that value.
+               ! The search has passed a requested value of the parameter and is repeated at exactly this value.
                if (exact) call search_near(place, [1.0_wp, 0.0_wp])
             end if
             if (.not. trial%report%converged) then
@@ -216,7 +218,7 @@ contains
          call make_rigid(curve, follower%problem, follower%state, direction, ok)
          call copy_problem(follower%problem, follower%base)
          follower%system = new_system(follower%problem)
-         if (ok) call stand_here(follower, direction, 0.0_wp)
+         if (ok) call set_follower_tangent(follower, direction, 0.0_wp)
          if (.not. ok) then
             trouble = 'no equilibrium was found on the mesh that the rigid obstacle is to have'
             return
@@ -240,8 +242,8 @@ contains
 
    contains
 
-      !> Searches for the zero near a predicted position; a zero farther away belongs to another limit point or lies behind the last
-      !> one.
+      !> Searches for the zero of h near a predicted position. A zero at a larger distance belongs to another limit point or lies
+      !> behind the last limit point of the curve.
       subroutine search_near(at, normal)
          real(wp), intent(inout) :: at(2)
          real(wp), intent(in) :: normal(2)
@@ -255,7 +257,7 @@ contains
          trial%report%message = 'the curve turns too sharply, or ends'
       end subroutine search_near
 
-      !> Shortens a step to end at the last value of the parameter, or at the first requested value passed.
+      !> Shortens a step so that it ends at the last value of the parameter, or at the first requested value that it would pass.
       subroutine shorten_to_values(at, shortened, is_last)
          real(wp), intent(inout) :: at(2)
          logical, intent(out) :: shortened, is_last
@@ -270,7 +272,7 @@ contains
                if (j <= n) value = as_coordinate(step%limit_curve(trace%number), values(j))
                reached = trace%follower%coordinate + at(2) * trace%follower%unit(2)
                if (j == n + 1) then
-                  ! A step that ends beyond the last value is always shortened.
+                  ! A step that ends beyond the last value is shortened without exception.
                   if ((reached - last) * (last - trace%start) < 0.0_wp) cycle
                else
                   if ((value - trace%follower%coordinate) * at(2) <= 1.0e-9_wp * abs(at(2)) .or. &
@@ -295,9 +297,9 @@ contains
          if (.not. trace%follower%system%ok) return
          trace%follower%system = new_system(trace%follower%problem)
          call linearise(trace%follower%problem, trace%follower%state, trace%follower%state, trace%follower%system)
-         call stand_here(trace%follower, direction, 0.0_wp)
-         ! Over a unit of arc length the load falls by a hundredth; the direction of the step is converted to the new unit. Near a
-         ! turning point of the curve, where the slope vanishes, the unit is not changed.
+         call set_follower_tangent(trace%follower, direction, 0.0_wp)
+         ! The unit of arc length is the length over which the load falls by a hundredth. The direction of the step is converted to
+         ! the new unit. Near a turning point of the curve, where the slope vanishes, the unit is not changed.
          if (abs(to%slope) > 0.0_wp .and. abs(trace%way(1)) < 0.3_wp) then
             unit = sqrt(2.0_wp * small_drop * abs(trace%follower%state%load_factor) * trace%follower%unit(1) / abs(to%slope))
             unit = min(max(unit, 0.5_wp * trace%follower%unit(1)), 2.0_wp * trace%follower%unit(1))
@@ -307,9 +309,9 @@ contains
          end if
       end subroutine accept_trial
 
-      !> Stores a checkpoint and passes it to the recorder, if the recorder requests one.
+      !> Stores a checkpoint and passes it to the recorder, if the recorder requests a checkpoint.
       subroutine save_trace(now)
-         logical, intent(in) :: now                       ! true: even if the recorder does not request one
+         logical, intent(in) :: now                       ! true: stored even if the recorder does not request a checkpoint
          type(error_t), allocatable :: error
          integer :: n
          if (frame%n == 0 .or. .not. (now .or. recorder%wants_state())) return
@@ -325,7 +327,7 @@ contains
    subroutine report(step, trace, trial, label, rigid, recorder, outcome)
       type(step_t), intent(in) :: step
       type(curve_trace_t), intent(in) :: trace
-      type(trial_t), intent(in) :: trial             !! evaluation with which the limit point was found
+      type(trial_t), intent(in) :: trial             !! evaluation of h with which the limit point was found
       character(2), intent(in) :: label
       logical, intent(in) :: rigid
       class(recorder_t), intent(inout) :: recorder

@@ -1,4 +1,4 @@
-!> Mesh of a limit curve at the ends of contact with foundations: the interface points move along the curve, and the elements beside
+!> Mesh of a limit curve at the ends of contact with foundations. The interface points move along the curve, and the elements beside
 !> them are refined as the foundation becomes stiffer.
 module limit_marks
    use kinds, only: wp
@@ -16,17 +16,17 @@ module limit_marks
    use corrector, only: increment_t, correct
    implicit none
    private
-   public :: renew_marks, take_marks_off, stand_on
+   public :: renew_marks, take_marks_off, transfer_and_solve
 
 contains
 
-   !> Transfers a limit point to a mesh with interface points at the present ends of contact, unless its mesh has these points and
-   !> is fine enough beside them.
+   !> Transfers a limit point to a mesh with nodes at the present ends of foundation contact, unless its mesh already has these
+   !> nodes and is fine enough beside them.
    subroutine renew_marks(base, problem, state, direction, ok)
-      type(problem_t), intent(inout) :: base     !! the problem with the deck's value of the parameter
+      type(problem_t), intent(inout) :: base     !! the problem with the value of the parameter from the deck
       type(problem_t), intent(inout) :: problem
       type(state_t), intent(inout) :: state
-      real(wp), allocatable, intent(inout) :: direction(:, :) !! (3, nodes) path direction, displacements
+      real(wp), allocatable, intent(inout) :: direction(:, :) !! (3, nodes) displacements of the direction along the path
       logical, intent(out) :: ok                 !! false: no equilibrium was found
       type(cut_t), allocatable :: cut(:)
       ok = .true.
@@ -35,7 +35,8 @@ contains
       if (marked(problem, state, cut)) then
          if (.not. outgrown(problem, state, cut)) return
       end if
-      call stand_on(new_span_problem(problem, present_contact_spans(problem, state), state, cut), problem, state, direction, ok)
+      call transfer_and_solve(new_span_problem(problem, present_contact_spans(problem, state), state, cut), problem, state, &
+         & direction, ok)
       if (ok) base = same_spans(base, problem)
    end subroutine renew_marks
 
@@ -43,20 +44,21 @@ contains
    subroutine take_marks_off(problem, state, direction, ok)
       type(problem_t), intent(inout) :: problem
       type(state_t), intent(inout) :: state
-      real(wp), allocatable, intent(inout) :: direction(:, :) !! as in renew_marks
-      logical, intent(out) :: ok                              !! as in renew_marks
+      real(wp), allocatable, intent(inout) :: direction(:, :) !! (3, nodes) displacements of the direction along the path
+      logical, intent(out) :: ok                              !! false: no equilibrium was found
       ok = .true.
       if (size(problem%mark) == 0) return
-      call stand_on(new_span_problem(problem, present_contact_spans(problem, state), state), problem, state, direction, ok)
+      call transfer_and_solve(new_span_problem(problem, present_contact_spans(problem, state), state), problem, state, direction, &
+         & ok)
    end subroutine take_marks_off
 
    !> Corrects the state to equilibrium on another mesh, in the plane normal to the path direction.
-   subroutine stand_on(next, problem, state, direction, ok)
+   subroutine transfer_and_solve(next, problem, state, direction, ok)
       type(problem_t), intent(in) :: next
       type(problem_t), intent(inout) :: problem
       type(state_t), intent(inout) :: state
-      real(wp), allocatable, intent(inout) :: direction(:, :) !! as in renew_marks
-      logical, intent(out) :: ok                              !! as in renew_marks
+      real(wp), allocatable, intent(inout) :: direction(:, :) !! (3, nodes) displacements of the direction along the path
+      logical, intent(out) :: ok                              !! false: no equilibrium was found
       type(state_t) :: there
       type(system_t) :: system
       type(control_t) :: hold
@@ -70,5 +72,5 @@ contains
       there = state
       call correct(problem, there, hold, .true., state, system, report)
       ok = report%converged
-   end subroutine stand_on
+   end subroutine transfer_and_solve
 end module limit_marks

@@ -7,10 +7,10 @@ module limit_mesh
    use span_problem, only: new_span_problem
    use span_candidates, only: present_contact_spans
    use ground_cuts, only: find_cuts
-   use ground_segments, only: tell_segments
+   use ground_segments, only: assign_segments
    use state_transfer, only: carried, carried_field
    use second_parameter, only: problem_at
-   use limit_search, only: follower_t, copy_follower, trial_t, stand_here, search, as_value, small_drop
+   use limit_search, only: follower_t, copy_follower, trial_t, set_follower_tangent, search, as_value, small_drop
    use path_continuity, only: path_tangent_at
    use error_report, only: bars_on_curve
    use error_bar, only: error_bars_t
@@ -33,8 +33,8 @@ contains
          & small_drop * follower%state%load_factor, bars)
    end subroutine bars_here
 
-   !> Searches for the last limit point on finer meshes until the error of its load is within the tolerance. If the search fails on
-   !> a mesh, the result of the previous mesh is kept.
+   !> Locates the last limit point again on finer meshes until the error of its load is within the tolerance. If the search fails on
+   !> a mesh, the result on the previous mesh is kept.
    subroutine refine_limit_point(follower, step)
       type(follower_t), intent(inout) :: follower
       type(step_t), intent(in) :: step
@@ -64,11 +64,11 @@ contains
          call count_up(counter_remeshed)
          call copy_problem(trial%problem, follower%problem)
          follower%state = trial%state
-         call stand_here(follower, follower%control%tangent, 0.0_wp)
+         call set_follower_tangent(follower, follower%control%tangent, 0.0_wp)
       end do
    end subroutine refine_limit_point
 
-   !> Transfers the follower to another mesh, on which its state is not yet in equilibrium.
+   !> Transfers the follower to another mesh; its state there is not yet in equilibrium.
    subroutine take_mesh(follower, demand)
       type(follower_t), intent(inout) :: follower
       type(mesh_density_t), intent(in) :: demand(:)
@@ -79,11 +79,11 @@ contains
          & find_cuts(follower%problem, follower%state))
       next%problem = problem_at(next%base, follower%curve, as_value(follower%curve, follower%coordinate))
       next%state = carried(follower%problem, follower%state, next%problem)
-      call tell_segments(next%problem, next%state, carried=.true.)
+      call assign_segments(next%problem, next%state, carried=.true.)
       next%control%tangent = carried_field(follower%problem, follower%state, follower%control%tangent, next%problem, next%state)
       if (allocated(next%control%previous)) deallocate (next%control%previous)
       next%system = new_system(next%problem)
-      call stand_here(next, next%control%tangent, 0.0_wp)
+      call set_follower_tangent(next, next%control%tangent, 0.0_wp)
       call copy_follower(next, follower)
    end subroutine take_mesh
 end module limit_mesh

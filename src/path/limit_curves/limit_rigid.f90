@@ -1,5 +1,5 @@
-!> End of a limit curve over the modulus of a foundation: the last limit point, with a rigid obstacle. The parts of the rods that
-!> carry pressure become contact spans, or contact at nodes if rods or deck do not allow contact spans.
+!> End of a limit curve over the modulus of a foundation: the limit point with a rigid obstacle. The parts of the rods that carry
+!> pressure become contact spans, or contact at nodes if rods or deck do not allow contact spans.
 module limit_rigid
    use kinds, only: wp
    use model, only: model_t, limit_curve_t
@@ -13,20 +13,20 @@ module limit_rigid
    use ground_segments, only: segment_at
    use force_law, only: carries
    use second_parameter, only: rigid_problem, carry_state
-   use limit_marks, only: take_marks_off, stand_on
+   use limit_marks, only: take_marks_off, transfer_and_solve
    implicit none
    private
    public :: make_rigid
 
 contains
 
-   !> Makes the obstacle of the curve rigid. With contact spans the state on return is in equilibrium, with contact at nodes it is
+   !> Makes the obstacle of the curve rigid. With contact spans the returned state is in equilibrium; with contact at nodes it is
    !> only a predictor.
    subroutine make_rigid(curve, problem, state, direction, ok)
       type(limit_curve_t), intent(in) :: curve
-      type(problem_t), intent(inout) :: problem  !! problem at the last limit point
+      type(problem_t), intent(inout) :: problem  !! in: problem at the last limit point; out: the problem with a rigid obstacle
       type(state_t), intent(inout) :: state
-      real(wp), allocatable, intent(inout) :: direction(:, :) !! (3, nodes) path direction, displacements
+      real(wp), allocatable, intent(inout) :: direction(:, :) !! (3, nodes) displacements of the direction along the path
       logical, intent(out) :: ok                 !! false: no equilibrium was found
       type(model_t) :: deck
       deck = problem%deck
@@ -37,37 +37,37 @@ contains
       end where
       call choose_spans(deck)
       if (all(deck%contact%along .or. deck%contact%obstacle /= curve%obstacle)) then
-         call lay_down()
+         call make_line_contacts()
       else
          call take_marks_off(problem, state, direction, ok)
-         if (ok) call stand_at_nodes()
+         if (ok) call use_contact_at_nodes()
       end if
 
    contains
 
       !> Makes contact at the nodes instead of contact spans.
-      subroutine stand_at_nodes()
+      subroutine use_contact_at_nodes()
          type(problem_t) :: next
          next = rigid_problem(problem, curve)
          state = carry_state(problem, next, state)
          call copy_problem(next, problem)
-      end subroutine stand_at_nodes
+      end subroutine use_contact_at_nodes
 
       !> Replaces the foundation contact that carries pressure by line contacts.
-      subroutine lay_down()
+      subroutine make_line_contacts()
          type(problem_t) :: base
          type(contact_span_t), allocatable :: contact_span(:)
          call copy_problem(problem, base)
          base%deck = deck
          call place_spans(new_problem(deck), base)
          contact_span = present_contact_spans(problem, state)
-         call stand_on(new_span_problem(base, [contact_span, pressed_lines(maxval([0, contact_span%number]))], state), problem, &
-            & state, direction, ok)
-      end subroutine lay_down
+         call transfer_and_solve(new_span_problem(base, [contact_span, pressed_lines(maxval([0, contact_span%number]))], state), &
+            & problem, state, direction, ok)
+      end subroutine make_line_contacts
 
-      !> Line contacts on the curve's obstacle: the parts of each rod segment between the ends of its pressure.
+      !> Line contacts on the obstacle of the curve: the parts of each rod segment that carry pressure.
       function pressed_lines(last) result(line)
-         integer, intent(in) :: last                !! last identity number of a contact span
+         integer, intent(in) :: last !! largest identity number of a contact span so far; new line contacts continue from it
          type(contact_span_t), allocatable :: line(:)
          type(cut_t), allocatable :: cut(:)
          real(wp), allocatable :: at(:)

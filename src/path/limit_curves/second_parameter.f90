@@ -1,4 +1,4 @@
-!> The parameter that a limit curve varies besides the load factor, and the problem for each of its values.
+!> The second parameter of a limit curve, which varies besides the load factor, and the problem for each value of this parameter.
 module second_parameter
    use kinds, only: wp
    use imperfection, only: scale_imperfection
@@ -21,7 +21,7 @@ module second_parameter
 
 contains
 
-   !> Present value of the parameter; 1 for parameters that multiply given values.
+   !> Present value of the parameter; 1 for a parameter that is a factor of values given in the deck.
    pure real(wp) function present_value(problem, curve) result(value)
       type(problem_t), intent(in) :: problem
       type(limit_curve_t), intent(in) :: curve
@@ -45,7 +45,7 @@ contains
 
    !> The problem with another value of the parameter.
    function problem_at(base, curve, value) result(problem)
-      type(problem_t), intent(in) :: base       !! the problem with the deck's value of the parameter
+      type(problem_t), intent(in) :: base       !! the problem with the value of the parameter from the deck
       type(limit_curve_t), intent(in) :: curve
       real(wp), intent(in) :: value !! new value of the parameter
       type(problem_t) :: problem
@@ -55,7 +55,7 @@ contains
          problem%constant = base%constant%scaled(value)
          return
       end if
-      ! Element numbers of the deck refer to the mesh of the deck; curves are numbered alike on every mesh.
+      ! The deck's element numbers refer to the deck's mesh; *CURVE definitions have the same numbers on every mesh.
       k = 0
       if (curve%parameter == parameter_imperfection) &
          & k = base%deck%curve(base%deck%mesh%curve(curve%element(1)))%imperfection
@@ -69,7 +69,7 @@ contains
       end if
    end function problem_at
 
-   !> Sets a parameter of a model, except factors of its loads.
+   !> Sets a parameter of a model; factors of the loads are set elsewhere.
    subroutine set_value(model, curve, value, imperfection)
       type(model_t), intent(inout) :: model
       type(limit_curve_t), intent(in) :: curve
@@ -95,7 +95,7 @@ contains
       end select
    end subroutine set_value
 
-   !> The problem with the curve's obstacle rigid, and contact at nodes.
+   !> The problem with a rigid obstacle in place of the curve's foundation, and contact at nodes.
    function rigid_problem(base, curve) result(problem)
       type(problem_t), intent(in) :: base
       type(limit_curve_t), intent(in) :: curve
@@ -108,26 +108,26 @@ contains
       call derive_again(base, problem)
    end function rigid_problem
 
-   !> Makes a mesh with the contact spans of `base` for a changed deck.
+   !> Makes a mesh for a changed deck, with the contact spans of `base`.
    subroutine lay_spans_again(base, problem)
       type(problem_t), intent(in) :: base
-      type(problem_t), intent(inout) :: problem !! its deck and layout are the changed ones
+      type(problem_t), intent(inout) :: problem !! in: its deck and layout are already changed; out: also its mesh
       call place_spans(new_problem(problem%deck), problem)
       problem = same_spans(problem, base)
       problem%weight = base%weight
    end subroutine lay_spans_again
 
-   !> Derives the data that depend on the model; data of previous steps are kept.
+   !> Derives the data that depend on the model; data left by previous steps are kept.
    subroutine derive_again(base, problem)
       type(problem_t), intent(in) :: base
       type(problem_t), intent(inout) :: problem
       call derive_problem(problem)
-      ! All points of the curve use one metric.
+      ! All points of a limit curve use the same metric.
       problem%weight = base%weight
       problem%size = base%size
    end subroutine derive_again
 
-   !> Transfers a state to another problem as a predictor. All nodes keep their positions in space.
+   !> Transfers a state to another problem as a predictor. Every node keeps its deformed position.
    function carry_state(from, to, state) result(carried)
       type(problem_t), intent(in) :: from, to
       type(state_t), intent(in) :: state
@@ -138,7 +138,7 @@ contains
       carried = state
       carried%geometry = new_geometry(to%model)
       if (to%moves_nodes()) then
-         ! On the same mesh, nodes are at the same material points.
+         ! On the same mesh nodes are the same material points.
          do node = 1, to%model%mesh%n_nodes
             e = from%beside(1, node)
             shifts(node) = 0.0_wp
@@ -162,7 +162,7 @@ contains
 
    contains
 
-      !> Replaces foundation contact inside elements by contact at the nodes at which the foundation exerts pressure.
+      !> Replaces foundation contact inside elements by contact at those nodes at which the foundation exerts pressure.
       subroutine touch_nodes()
          integer :: k, place
          real(wp) :: share(from%ground%chain%n)
@@ -170,7 +170,8 @@ contains
          carried%grounded = to%ground%founded
          carried%segment = spread(segment_unknown, 1, to%ground%chain%n)
          carried%push = spread(spread(unknown_push, 1, size(state%push, 1)), 2, to%ground%chain%n)
-         ! The last element unknowns are the foundation forces at the Gauss points; the new problem does not have these.
+         ! The foundation forces at the Gauss points are stored behind all other unknowns of an element; the new problem has no such
+         ! forces.
          deallocate (carried%z)
          allocate (carried%z(maxval(to%z_size), size(state%z, 2)), source=0.0_wp)
          k = min(size(state%z, 1), size(carried%z, 1))
@@ -192,7 +193,7 @@ contains
          end do
       end subroutine touch_nodes
 
-      !> True if two candidates are at the same node and belong to the same contact.
+      !> True if two candidates belong to the same node and the same contact.
       logical function same_place(list, candidate, new)
          type(candidates_t), intent(in) :: list
          integer, intent(in) :: candidate, new

@@ -1,4 +1,4 @@
-!> Transfers points of the path to other meshes with the same contact set, and finds their equilibrium there.
+!> Transfers points of the path to other meshes with the same contact set, and finds the equilibrium of each point on its new mesh.
 module mesh_transfer
    use kinds, only: wp
    use model, only: method_load, method_displacement
@@ -24,12 +24,12 @@ module mesh_transfer
    use sized_equilibrium, only: solve_sized
    implicit none
    private
-   public :: stand_on, rebalance, refine_point, move_to_mesh
+   public :: transfer_and_solve, rebalance, refine_point, move_to_mesh
 
 contains
 
-   !> Transfers the run's last point to another mesh with the same contact set; nothing changes if no equilibrium is found there.
-   subroutine stand_on(next, problem, run, done)
+   !> Transfers the run's last point to another mesh with the same contact set. If no equilibrium is found there, nothing changes.
+   subroutine transfer_and_solve(next, problem, run, done)
       type(problem_t), intent(in) :: next
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
@@ -43,12 +43,13 @@ contains
       if (done) return
       call copy_problem(kept, problem)
       call copy_path_state(before, run)
-   end subroutine stand_on
+   end subroutine transfer_and_solve
 
    !> Finds the equilibrium of the run's last point on the mesh to which it was transferred.
    subroutine rebalance(problem, run, done)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run              !! unchanged without success
+      type(path_state_t), intent(inout) :: run !! in: its last point is transferred to the mesh; out: in equilibrium there, or
+      !! unchanged if none was found
       logical, intent(out) :: done                          !! true: an equilibrium was found
       type(path_point_t) :: better
       type(control_t) :: hold
@@ -59,25 +60,26 @@ contains
       behind_flat = .false.
       better = run%last
       if (.not. (run%fresh .or. is_stress_free(run%last%state))) then
-         ! The constraint keeps the quantity prescribed by load or displacement control; with other strategies it is the plane
-         ! normal to the path, which has an equilibrium at limit points as well.
+         ! Under load or displacement control the constraint keeps the controlled quantity. Under other strategies the constraint is
+         ! the plane normal to the path, which contains an equilibrium at limit points as well.
          hold = normal_plane(problem, run%last%state, run%last%tangent)
          if (any(run%control%method == [method_load, method_displacement])) hold = run%control
          hold%increment = 0.0_wp
          call bring_to_balance()
-         ! If the difference between the meshes exceeds all displacements so far, the result is another equilibrium.
+         ! If the two meshes' results differ by more than all displacements so far, the result is a different equilibrium and
+         ! rejected.
          if (done) done = stays_within(problem, run%last%state, better%state, run%motion)
          if (.not. done) return
       end if
       associate (before => run%last%tangent, pivots => run%last%test_values%negative_pivots, system => better%system)
          better%tangent = path_tangent_at(problem, system, before%u, before%load)
-         ! On a coarse mesh the displacements may differ so much that they do not give the direction of travel. It then follows from
-         ! the load rate, which changes its sign together with the stability.
+         ! On a coarse mesh the displacements may differ so much that they do not determine the direction of travel. The sign of the
+         ! load rate then does: it changes only together with the stability.
          if (system%negative_pivots == pivots .and. better%tangent%load * before%load < 0.0_wp) then
             if (angle_between(problem, before%u, better%tangent%u) > largest_turn) &
                & better%tangent = path_tangent_at(problem, system, 0.0_wp * before%u, before%load)
          end if
-         ! A mesh change that changes both direction of travel and stability is rejected.
+         ! If both the direction of travel and the stability change with the mesh, the new mesh is rejected.
          if (.not. run%fresh .and. system%negative_pivots /= pivots) &
             & done = angle_between(problem, before%u, better%tangent%u) <= largest_turn
       end associate
@@ -85,12 +87,12 @@ contains
       run%mesh%change_behind = behind_flat
       call evaluate_tests(problem, better)
       associate (old => run%last%test_values, new => better%test_values)
-         ! The number of directions that open force-free line contacts is the same on all meshes.
+         ! The number of unstable directions that open force-free line contacts does not depend on the mesh.
          new%weak = old%weak
          new%opening = old%opening
-         ! An event between the positions of the point on both meshes must be reported once: contact with a foundation that begins
-         ! or ends, a bifurcation, a limit point. Just after a contact change there is no path behind on which the load rate could
-         ! have changed its sign.
+         ! If an event lies between the positions of the point on the two meshes, it must be reported exactly once: the beginning or
+         ! end of contact with a foundation, a bifurcation, or a limit point. Just after a contact change there is no path behind
+         ! the point on which the load rate could have changed its sign.
          new%grounded = old%grounded
          if (.not. run%fresh) new%negative_pivots = old%negative_pivots
          if (.not. run%fresh .and. run%arc_length > run%since_change%at .and. new%load_rate * old%load_rate < 0.0_wp) &
@@ -100,15 +102,16 @@ contains
 
    contains
 
-      !> Fixes the touchdown point that moves fastest, if any. Near a limit point the end of a line contact may move far while the
-      !> rest hardly moves; a mesh with a lower limit load then has no equilibrium in the plane normal to the path.
+      !> Finds equilibrium with the fastest touchdown point fixed, if there is one. Near a limit point the end of a line contact may
+      !> move far while the rest of the structure hardly moves. A mesh with a lower limit load then has no equilibrium in the plane
+      !> normal to the path.
       subroutine bring_to_balance()
          integer :: fastest
          real(wp) :: rate
          fastest = 0
          if (is_arc_length(run%control%method)) call find_fastest(problem, run%last, fastest, rate)
          done = .false.
-         ! A touchdown point that moves by the structure's size while the structure moves by its whole displacement is fixed.
+         ! A touchdown point counts as fast if it moves by the structure's size while the structure moves by its whole displacement.
          if (fastest > 0) then
             if (rate * abs(hold%tangent_load) * sqrt(metric(problem, run%last%state%u, run%last%state%u)) > problem%size) &
                & call stay_in_place(problem, run, fastest, better, done)
@@ -125,20 +128,20 @@ contains
       end subroutine bring_to_balance
    end subroutine rebalance
 
-   !> Transfers an equilibrium that is not the run's last point, but that of another contact set, to a finer mesh.
+   !> Transfers to a finer mesh an equilibrium with another contact set than that of the run's last point.
    subroutine refine_point(problem, run, point, density, done)
       type(problem_t), intent(inout) :: problem
-      type(path_state_t), intent(in) :: run          !! on the mesh of `problem`
-      type(path_point_t), intent(inout) :: point     !! with its path tangent and test values
-      type(mesh_density_t), intent(in) :: density(:) !! (rod segments) requested
-      logical, intent(out) :: done                   !! false: no equilibrium was found, nothing has changed
+      type(path_state_t), intent(in) :: run          !! its last point is on the mesh of `problem`
+      type(path_point_t), intent(inout) :: point     !! point with its path tangent and test values
+      type(mesh_density_t), intent(in) :: density(:) !! (rod segments) requested mesh density
+      logical, intent(out) :: done                   !! false: no equilibrium was found, and nothing has changed
       type(problem_t) :: asked
       type(path_state_t) :: there
       call copy_problem(problem, asked)
       asked%demand = density
       call copy_path_state(run, there)
       there%last = point
-      call stand_on(new_span_problem(asked, present_contact_spans(problem, point%state), point%state, find_cuts(problem, &
+      call transfer_and_solve(new_span_problem(asked, present_contact_spans(problem, point%state), point%state, find_cuts(problem, &
          & point%state)), problem, there, done)
       if (.not. done) return
       point = there%last
@@ -161,8 +164,8 @@ contains
    subroutine find_fastest(problem, point, fastest, rate)
       type(problem_t), intent(in) :: problem
       type(path_point_t), intent(in) :: point
-      integer, intent(out) :: fastest            !! candidate, 0: none moves
-      real(wp), intent(out) :: rate              !! along the rod, per unit of load factor
+      integer, intent(out) :: fastest            !! candidate of the touchdown point; 0: none moves
+      real(wp), intent(out) :: rate              !! derivative of its position along the rod with respect to the load factor
       real(wp) :: rates(problem%candidates%n), step
       type(state_t) :: ahead, here
       fastest = 0
@@ -180,8 +183,8 @@ contains
    subroutine stay_in_place(problem, run, fastest, point, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      integer, intent(in) :: fastest             !! candidate
-      type(path_point_t), intent(inout) :: point !! a guess on entry
+      integer, intent(in) :: fastest             !! candidate of the touchdown point that is fixed
+      type(path_point_t), intent(inout) :: point !! in: predictor; out: equilibrium, if found
       logical, intent(out) :: found
       type(state_t) :: state
       type(control_t) :: load

@@ -1,4 +1,4 @@
-!> Remeshes a run: for another contact set, for spans that have grown, or for the error tolerance.
+!> Remeshes a run: for another contact set, for contact spans that have grown, or for the error tolerance.
 module span_mesh
    use kinds, only: wp
    use problem, only: problem_t, copy_problem
@@ -8,11 +8,11 @@ module span_mesh
    use span_problem, only: new_span_problem
    use span_division, only: present_demand, lasting_demand, outgrown
    use span_candidates, only: present_contact_spans
-   use mesh_transfer, only: stand_on, rebalance
+   use mesh_transfer, only: transfer_and_solve, rebalance
    use mesh_density, only: mesh_density_t
    use ground_mark, only: cut_t
    use ground_cuts, only: find_cuts, marked
-   use ground_segments, only: tell_segments
+   use ground_segments, only: assign_segments
    use state_transfer, only: carried, carried_field
    use path_continuity, only: path_tangent_t
    use path_point, only: path_point_t, point_at
@@ -36,7 +36,7 @@ contains
       end if
    end subroutine prepare_mesh
 
-   !> Remeshes at the run's last point: finer for spans that have grown, with nodes at the interface points of foundations.
+   !> Remeshes at the run's last point: finer where contact spans have grown, and with nodes at the interface points of foundations.
    subroutine renew_mesh(problem, run)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
@@ -48,20 +48,20 @@ contains
       if (marked(problem, run%last%state, cut)) then
          if (.not. outgrown(problem, run%last%state, cut)) return
       end if
-      call stand_on(new_span_problem(problem, present_contact_spans(problem, run%last%state), run%last%state, cut), problem, &
-         & run, done)
+      call transfer_and_solve(new_span_problem(problem, present_contact_spans(problem, run%last%state), run%last%state, cut), &
+         & problem, run, done)
    end subroutine renew_mesh
 
-   !> Remeshes as the last trial requires: at the run's last point, from which the increment is repeated, or else at the trial.
+   !> Remeshes as the last trial requires: at the run's last point, from which the increment is then repeated, or else at the trial.
    subroutine refine_mesh(problem, run, trial, settled, request, taken, done)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
       type(path_point_t), intent(inout) :: trial
       logical, intent(in) :: settled                 !! true: the trial is in equilibrium
-      type(request_t), intent(inout) :: request      !! in: with the density that the mesh must have
+      type(request_t), intent(inout) :: request      !! in: contains the mesh density that is required
       logical, intent(out) :: taken                  !! true: the trial is in equilibrium on the new mesh
-      logical, intent(out) :: done                   !! false: no equilibrium was found, nothing has changed. The new mesh may be
-      !! the one before the last coarsening
+      logical, intent(out) :: done !! false: no equilibrium was found, and nothing has changed. The new mesh may also be the one
+      !! before the last coarsening
       type(problem_t) :: asked, here
       type(point_on_mesh_t), allocatable :: finer
       type(cut_t), allocatable :: cut(:)
@@ -73,21 +73,22 @@ contains
       asked%demand = request%density
       deallocate (request%density)
       call copy_problem(asked, here)
-      here%demand = taken_along(problem, run%last%state, asked%demand)
+      here%demand = transferred_density(problem, run%last%state, asked%demand)
       cut = find_cuts(problem, trial%state)
-      ! An unloaded start has no ends of contact yet: the new mesh is made for the trial, not for the start.
+      ! An unloaded start has no ends of contact: the new mesh is made for the trial instead.
       if (settled .and. run%fresh) call remesh_trial(.false.)
       if (.not. taken .and. (problem%has_spans() .or. request%at_last_point .or. marked(problem, trial%state, &
-         & cut))) call stand_here()
-      ! If nodes, or elements on foundations, have just detected contact, the run's last point lacks the spans of the trial.
+         & cut))) call remesh_last_point()
+      ! If contact was just detected at nodes or by elements on foundations, the run's last point does not have the spans of the
+      ! trial.
       if (.not. (taken .or. done)) request%density_before = present_demand(problem, run%last%state)
       if (.not. (taken .or. done)) call remesh_trial(request%events_located)
-      ! Newton's method may fail on one mesh and converge on another, which may be finer than requested.
+      ! If Newton's method fails on one mesh, it may converge on another, finer one.
       if (.not. (taken .or. done)) then
          do k = 1, size(here%demand)
             here%demand(k)%elements = 2.0_wp * here%demand(k)%elements
          end do
-         call stand_here()
+         call remesh_last_point()
       end if
       if (.not. (taken .or. done)) call remesh_trial(.false.)
       done = done .or. taken
@@ -101,15 +102,14 @@ contains
    contains
 
       !> Transfers the run's last point to the requested mesh.
-      subroutine stand_here()
-         call stand_on(new_span_problem(here, present_contact_spans(problem, run%last%state), run%last%state, find_cuts(problem, &
-            & run%last%state)), &
-            & problem, run, done)
-      end subroutine stand_here
+      subroutine remesh_last_point()
+         call transfer_and_solve(new_span_problem(here, present_contact_spans(problem, run%last%state), run%last%state, &
+            & find_cuts(problem, run%last%state)), problem, run, done)
+      end subroutine remesh_last_point
 
       !> Transfers the trial, in equilibrium, and the run's last point, in equilibrium if possible, to another mesh.
       subroutine remesh_trial(both)
-         logical, intent(in) :: both                    !! true: the run's point, too, must be in equilibrium on the mesh
+         logical, intent(in) :: both                    !! true: the run's last point, too, must be in equilibrium on the new mesh
          type(problem_t) :: before
          type(path_state_t) :: unmoved
          type(path_point_t) :: start, moved
@@ -121,19 +121,19 @@ contains
          run%last%state = trial%state
          fresh = run%fresh
          run%fresh = .false.
-         call stand_on(new_span_problem(asked, present_contact_spans(problem, trial%state), trial%state, find_cuts(problem, &
-            & trial%state)), problem, run, taken)
+         call transfer_and_solve(new_span_problem(asked, present_contact_spans(problem, trial%state), trial%state, &
+            & find_cuts(problem, trial%state)), problem, run, taken)
          run%fresh = fresh
          moved = run%last
          run%last = start
          if (.not. taken) return
          state = carried(before, start%state, problem)
-         call tell_segments(problem, state, carried=.true.)
+         call assign_segments(problem, state, carried=.true.)
          run%last = point_at(problem, state)
          run%last%tangent = path_tangent_t(carried_field(before, start%state, start%tangent%u, problem, state), start%tangent%load)
          run%last%test_values = start%test_values
          if (.not. fresh) then
-            ! Shorter increments may start at the run's last point, and events may be located from it.
+            ! Shorter increments may start at the run's last point, and events may be located from there.
             call rebalance(problem, run, settled)
             taken = settled .or. .not. both
             if (.not. taken) then
@@ -146,11 +146,11 @@ contains
       end subroutine remesh_trial
    end subroutine refine_mesh
 
-   !> Mesh density for a trial, transferred to the mesh of another state: the density in a span moves with the ends of the span.
-   function taken_along(problem, state, demand) result(here)
+   !> Mesh density for a trial, transferred to the mesh of another state: the density inside a span moves with the ends of the span.
+   function transferred_density(problem, state, demand) result(here)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(mesh_density_t), intent(in) :: demand(:)        !! one piece for each element of the problem, or other pieces
+      type(mesh_density_t), intent(in) :: demand(:) !! mesh density by elements of the problem, or by other pieces of the rods
       type(mesh_density_t) :: here(size(demand))
       integer :: k
       here = present_demand(problem, state)
@@ -161,10 +161,10 @@ contains
             here(k) = demand(k)
          end if
       end do
-   end function taken_along
+   end function transferred_density
 
-   !> Coarsens the mesh as far as the errors of the last point permit, if the coarser mesh has fewer elements and an equilibrium.
-   !> The next trial shows whether an increment converges on it.
+   !> Coarsens the mesh as far as the errors of the last point permit, if the coarser mesh has fewer elements and an equilibrium
+   !> exists on it. Whether increments converge on the coarser mesh is seen at the next trial.
    subroutine coarsen_mesh(problem, run)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
@@ -177,12 +177,12 @@ contains
       asked = new_span_problem(asked, present_contact_spans(problem, run%last%state), run%last%state, find_cuts(problem, &
          & run%last%state))
       if (asked%model%mesh%n_elements >= problem%model%mesh%n_elements) then
-         ! The spans already have their smallest numbers of elements.
+         ! The spans already have the smallest permitted numbers of elements.
          run%mesh%points_to_keep = rest_of_mesh
          return
       end if
       before = point_on_mesh_t(problem, run%last)
-      call stand_on(asked, problem, run, done)
+      call transfer_and_solve(asked, problem, run, done)
       if (.not. done) return
       ! The coarser mesh is rejected if the load rate changes its sign on it.
       if (run%last%tangent%load * before%point%tangent%load < 0.0_wp) then
@@ -193,7 +193,7 @@ contains
       call count_up(counter_remeshed)
    end subroutine coarsen_mesh
 
-   !> Returns the run to its last point before the mesh was coarsened; for some points the mesh is not coarsened again.
+   !> Returns the run to its last point before the mesh was coarsened. For some further points the mesh is then not coarsened again.
    subroutine step_back(finer, problem, run)
       type(point_on_mesh_t), intent(in) :: finer
       type(problem_t), intent(inout) :: problem
@@ -209,7 +209,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(request_t), intent(inout) :: request
-      logical, intent(out) :: asked                  !! false: the deck prescribes the mesh
+      logical, intent(out) :: asked                  !! false: the mesh is given by the deck and must not change
       integer :: k
       asked = any(problem%layout%rod_segment%placed) .and. .not. problem%is_sampled()
       if (.not. asked) return

@@ -1,9 +1,9 @@
 !> A contact change is a corner of the path: the path tangents before and after it differ, and the load may turn there.
 !>
 !> If the load increases up to the corner and decreases behind it, or the reverse, the corner is a limit point, although no load
-!> rate vanishes and no tangent is singular. This limit point is reported in addition to the contact change, at the same point. At
-!> the end of a region of contact at nodes, the change of one node depends on the mesh; neither that change nor a turn of the load
-!> there is an event.
+!> rate vanishes and no tangent is singular. This limit point is reported at the same point as the contact change. For contact at
+!> nodes the change of a single node at the end of a contact region depends on the mesh; neither this change nor a turn of the load
+!> at it is an event.
 module corner_limit
    use kinds, only: wp
    use text, only: to_text
@@ -14,7 +14,7 @@ module corner_limit
    use path_events, only: note_of_corner
    use path_point, only: path_point_t
    use path_state, only: path_state_t, path_tangent_of
-   use looking_ahead, only: goes_on
+   use unrecorded_path, only: goes_on
    use event_recording, only: announce, new_critical
    use path_outcome, only: outcome_t
    use path_record, only: recorder_t, critical_t
@@ -24,12 +24,12 @@ module corner_limit
 
 contains
 
-   !> Reports a limit point at the last accepted point if the load rates of the path before and behind it have opposite signs, once
-   !> for each point.
+   !> Reports a limit point at the last accepted point if the load rates of the path before and behind this point have opposite
+   !> signs. It is reported once for each point.
    subroutine report_turned_load(problem, step, run, recorder, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its test values contain the load rate behind the point
+      type(path_state_t), intent(inout) :: run          !! its test values contain the load rate behind the last accepted point
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       type(critical_t) :: critical
@@ -38,7 +38,7 @@ contains
       associate (arrived => run%arrived)
          critical = new_critical('LP', note_of_corner, arrived%bars)
          critical%point = arrived%point
-         ! The state with the next contact set may already have another load factor.
+         ! The state with the next contact set may already be at another load factor.
          point = run%last
          point%state%load_factor = arrived%load_factor
          point%test_values%monitor = arrived%monitor
@@ -47,8 +47,8 @@ contains
       end associate
    end subroutine report_turned_load
 
-   !> True if the load rates before and behind the last accepted point have opposite signs, and the smaller rate, times the arc
-   !> length of this step or branch, exceeds the load change that the tolerance of the iteration leaves.
+   !> True if the load rates before and behind the last accepted point have opposite signs, and the smaller of them, times the arc
+   !> length of this step or branch, exceeds the load change that the tolerance of the iteration leaves undetermined.
    pure logical function load_turns(step, run) result(turns)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
@@ -62,11 +62,11 @@ contains
    end function load_turns
 
    !> Ends a run under load or displacement control if the path behind a contact change continues against the sign of the increment.
-   !> In a step by arc length that begins with load increments, the increment changes its sign instead.
+   !> In an arc-length step that begins with load increments, the sign of the increment is reversed instead.
    subroutine check_return(problem, step, run, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run   !! the run at a contact change, with the path tangent behind the change
+      type(path_state_t), intent(inout) :: run   !! its last point is a contact change, with the path tangent behind the change
       type(outcome_t), intent(inout) :: outcome
       type(path_tangent_t) :: prescribed
       if (is_arc_length(run%control%method)) return

@@ -1,4 +1,4 @@
-!> Records located events: point, message, and the data from which branches and limit curves start.
+!> Records located events: the point, the message, and the data from which branches and limit curves start.
 module event_recording
    use kinds, only: wp
    use errors, only: error_t
@@ -10,11 +10,12 @@ module event_recording
    use bordered_system, only: linearise
    use located_zero, only: as_zero
    use tangent_modes, only: modes_t, null_vectors, choose_null_vectors, nodal_values, deck_mode
-   use force_free_contact, only: remove_force_free_lines, let_turn, line_opening
+   use force_free_contact, only: remove_force_free_lines, free_rotations, line_opening
    use path_control, only: path_length
    use path_point, only: path_point_t
-   use path_state, only: path_state_t, keep_critical_point, leave_trail
+   use path_state, only: path_state_t, keep_critical_point, append_recent_part
    use branch_closure, only: on_parent_path, check_closure
+   use contact_labels, only: contact_gained
    use path_events, only: event_t, event_stop, event_bifurcation, event_release, event_limit
    use located_events, only: located_event_t
    use event_order, only: same_place
@@ -35,14 +36,14 @@ module event_recording
 
 contains
 
-   !> Records a located event. If the event ends the step, the path state moves to the event.
+   !> Records a located event. If the event ends the step, the last point of the run becomes the event.
    subroutine record_event(problem, step, run, trial, located_event, pivots, recorder, finished, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(path_point_t), intent(in) :: trial
       type(located_event_t), intent(in) :: located_event
-      integer, intent(in) :: pivots              !! negative pivots before the event
+      integer, intent(in) :: pivots              !! number of negative pivots before the event
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: finished           !! the step ends at this event
       type(outcome_t), intent(inout) :: outcome
@@ -58,7 +59,8 @@ contains
          if (event%kind == event_limit .and. .not. outcome%home) call check_closure(problem, run, point%state, event%label, outcome)
          if (outcome%home) return
          critical = new_critical(event%label, event%note, located_event%bars)
-         ! At a corner of the path the two tangents have different pivots: those before the event are recorded.
+         ! At a corner of the path the tangents before and behind it have different pivots: the pivots before the event are
+         ! recorded.
          before = merge(pivots, point%system%negative_pivots, smooth)
          call record(problem, run, point, event%label, located_event%report, recorder, outcome, first_touch(problem, event, &
             & point%state), located_event%bars, smooth=.not. event%corner, pivots=before)
@@ -84,7 +86,7 @@ contains
 
    contains
 
-      !> Keeps a critical point with its null vectors for branches and limit curves, and completes its message.
+      !> Stores a critical point with its null vectors, from which branches and limit curves start, and completes its message.
       subroutine keep_start()
          type(modes_t) :: modes
          type(problem_t) :: free
@@ -114,7 +116,7 @@ contains
                opens = line_opening(problem, place, free, released, nodal_values(free, other, modes%x(:, 1)))
                if (opens == 0) &
                   & critical%note = 'bifurcation without contacts that carry no force; none of its directions opens them all'
-               call let_turn(free)
+               call free_rotations(free)
                call deck_mode(free, released, other, modes%x(:, 1), critical%null_vector(:, :, 1), sense)
                call keep_critical_point(problem, run, 'BP', place, trial%state, located_event%fraction, arc_length, pivots, 1, &
                   & free=free, released=released, opens=nint(opens * sense))
@@ -126,12 +128,12 @@ contains
       end subroutine keep_start
    end subroutine record_event
 
-   !> Moves the path state to a point.
+   !> Makes a given point the last point of the run.
    subroutine go_to(problem, run, point)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
       type(path_point_t), intent(in) :: point
-      call leave_trail(problem, run, point)
+      call append_recent_part(problem, run, point)
       run%last_length = path_length(problem, run%last%state, point%state)
       run%arc_length = run%arc_length + run%last_length
       run%last = point
@@ -141,7 +143,7 @@ contains
       run%arrived%point = 0
    end subroutine go_to
 
-   !> (candidates) true for the candidate with the smallest gap, which is the first to carry force, if contact at nodes is gained.
+   !> (candidates) if contact at nodes begins: true for the candidate with the smallest gap, which is the first to carry force.
    function first_touch(problem, event, place) result(touching)
       type(problem_t), intent(in) :: problem
       type(event_t), intent(in) :: event
@@ -150,7 +152,7 @@ contains
       real(wp) :: opening, least
       integer :: c, nearest
       touching = .false.
-      if (event%label /= 'C+' .or. event%ground%contact > 0) return
+      if (event%label /= contact_gained .or. event%ground%contact > 0) return
       if (any(event%marked .and. place%active)) return
       nearest = 0
       least = huge(least)
@@ -164,13 +166,14 @@ contains
       if (nearest > 0) touching(nearest) = .true.
    end function first_touch
 
-   !> Reports a critical point, which is the point recorded last or the point at a given row of the results.
+   !> Reports a critical point: the point recorded last, or the point in a given row of the results.
    subroutine announce(problem, run, critical, point, exact, recorder, outcome)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(critical_t), intent(in) :: critical   !! label, note, null vectors, and the row; row 0: the point recorded last
+      type(critical_t), intent(in) :: critical !! label, note and null vectors of the point, and its row in the results; row 0: the
+      !! point recorded last
       type(path_point_t), intent(in) :: point
-      logical, intent(in) :: exact               !! located, not only bracketed
+      logical, intent(in) :: exact               !! true: the point was located; false: only bracketed
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       type(critical_t) :: full
@@ -200,7 +203,7 @@ contains
       type(system_t), intent(in) :: system       !! factored at `state`
       type(state_t), intent(in) :: state
       type(event_t), intent(in) :: event
-      type(critical_t), intent(inout) :: point   !! receives its null vectors and a note of their number
+      type(critical_t), intent(inout) :: point   !! out: its null vectors and a note of their number are set
       type(modes_t), intent(out) :: modes        !! the first modes are the null vectors on the mesh
       type(error_t), allocatable :: error
       real(wp) :: sense
@@ -220,7 +223,7 @@ contains
 
    !> Critical point with label and note. (gfortran 12 loses the length of a deferred-length component in a structure constructor.)
    function new_critical(label, note, bars) result(critical)
-      character(*), intent(in) :: label, note !! LP, BP, ...; remark in words
+      character(*), intent(in) :: label, note !! label (LP, BP, ...) and remark in words
       type(error_bars_t), allocatable, intent(in), optional :: bars
       type(critical_t) :: critical
       critical%label = label

@@ -13,10 +13,11 @@ module path_acceptance
    use trial_request, only: request_t
    use path_state, only: path_state_t, arrived_t, keep_critical_point
    use step_control, only: stop_met
+   use contact_labels, only: contact_words
    use path_events, only: event_stop, event_bifurcation
    use branch_closure, only: check_closure
    use event_search, only: findings_t, find_events
-   use spurious_events, only: better_from_nearer, hides_release, turns_by_rounding, doubt_limit, doubt_bifurcation
+   use spurious_events, only: better_from_nearer, hides_release, turns_by_rounding, check_limit_shift, check_single_path
    use event_order, only: duplicates_of, beside, count_before, by_fraction, same_place
    use event_recording, only: record_event, announce, new_critical, go_to
    use path_outcome, only: outcome_t, note_bracketed
@@ -31,34 +32,35 @@ module path_acceptance
    private
    public :: arrival_t, accept
 
-   !> Properties of a trial, set by the caller.
+   !> What the caller knows about a trial.
    type :: arrival_t
       type(increment_t) :: report                !! report of the correction to the trial
-      logical :: can_cut = .false.             !! the caller can try a shorter increment instead
-      integer, allocatable :: tries            !! meshes made for the errors of this increment; not allocated: no other mesh can
-      !! be requested. If another one is requested, nothing is recorded
-      character(2) :: label = ''               !! C+ or C- if the trial is known to be a contact change
-      integer :: times = 1                     !! multiplicity of that change
-      logical :: bracketed = .false.           !! the change lies somewhere before the trial
-      logical :: divides = .false.             !! C-: parts of the contact stay on both sides
-      logical :: changes = .false.             !! the contact set changes at the trial, with or without a label
-      logical, allocatable :: changing(:) !! (candidates) true: contact at the node begins or ends there; not allocated: none known
-      type(error_bars_t), allocatable :: bars  !! bars at a change of contact spans, if known
+      logical :: can_cut = .false.             !! true: the caller can repeat the increment with a shorter one
+      integer, allocatable :: tries !! number of meshes made because of this increment's errors; not allocated: another mesh cannot
+      !! be requested. If another mesh is requested, no point is recorded
+      character(2) :: label = ''               !! C+ or C- if the trial is a contact change with this label
+      integer :: times = 1                     !! multiplicity of the contact change at the trial
+      logical :: bracketed = .false.           !! true: the contact change was not located; it lies somewhere before the trial
+      logical :: divides = .false.             !! C-: the contact span is divided, and parts of it stay in contact on both sides
+      logical :: changes = .false.             !! true: the contact set changes at the trial, with or without a label
+      logical, allocatable :: changing(:) !! (candidates) true: contact at the node begins or ends at the trial; not allocated: no
+      !! such nodes known
+      type(error_bars_t), allocatable :: bars  !! error bars of the trial at a change of contact spans; not allocated: unknown
    end type arrival_t
 
 contains
 
-   !> Locates, orders and records the events of a converged increment and then the trial, which becomes the last accepted point.
-   !> Nothing is recorded if the increment must be repeated.
+   !> Locates, orders and records the events of a converged increment and then the trial, which becomes the last accepted point. If
+   !> the increment must be repeated, no point is recorded.
    subroutine accept(problem, step, run, trial, arrival, recorder, request, finished, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      type(path_point_t), intent(inout) :: trial !! its test values are set here
+      type(path_point_t), intent(inout) :: trial !! its test values are set
       type(arrival_t), intent(in) :: arrival
       class(recorder_t), intent(inout) :: recorder
-      type(request_t), intent(inout) :: request  !! requirements of the trial; if another trial is required, nothing was recorded
-      logical, intent(out) :: finished           !! the step is complete
+      type(request_t), intent(inout) :: request !! out: what the trial requires; if it requires another trial, no point was recorded
+      logical, intent(out) :: finished           !! true: the step is complete
       type(outcome_t), intent(inout) :: outcome
       type(findings_t) :: findings
       finished = .false.
@@ -93,8 +95,9 @@ contains
 
    contains
 
-      !> Finds the contact changes at whose corners the load turns. If contact at nodes changes in the increment, a limit point at a
-      !> corner without a reported contact change is rejected: such corners depend on the mesh, and shorter increments pass them.
+      !> Finds the contact changes at which the load turns (corners of the path). If contact at nodes changes within the increment,
+      !> a limit point at a corner without a reported contact change is rejected: such corners depend on the mesh, and shorter
+      !> increments pass them.
       subroutine find_corners()
          integer :: i
          findings%beside = beside(findings%seen)
@@ -113,14 +116,14 @@ contains
       !> refined.
       subroutine begin_findings()
          findings%stops = stop_met(step, run%last%test_values, trial%test_values)
-         ! The mesh is not refined if the deck gives it, or if it was already remade for this increment: a further mesh made at the
-         ! trial would lack nodes at the same interface points as the first. (The mesh of the next increment, which begins at a
+         ! The mesh is not refined if the deck gives it, or if it was already made anew for this increment: a second mesh made at
+         ! the trial would lack nodes at the interface points of the first mesh. (The mesh of the next increment, which begins at a
          ! point before the event, has these nodes.)
          findings%as_it_is = .not. any(problem%layout%rod_segment%placed)
          if (allocated(arrival%tries)) findings%as_it_is = findings%as_it_is .or. arrival%tries > 0
       end subroutine begin_findings
 
-      !> Reports events that were not located at the trial, which is the next point of the path behind the events.
+      !> Reports events that were not located. They are reported at the trial, the next point of the path.
       subroutine announce_missed()
          integer :: i
          do i = 1, size(findings%seen)
@@ -129,14 +132,14 @@ contains
                call announce(problem, run, new_critical(event%label, event%note), trial, .false., recorder, outcome)
                call note_bracketed(outcome, event%note, run%last%state%load_factor, trial%state%load_factor)
                finished = finished .or. event%kind == event_stop
-               ! The point is stored for the closure check; no branch can start there.
+               ! The point is stored for the closure check; no branch can start from it.
                call keep_critical_point(problem, run, event%label, trial%state, trial%state, 1.0_wp, &
                   & run%arc_length + path_length(problem, run%last%state, trial%state), trial%test_values%negative_pivots, 0)
             end associate
          end do
       end subroutine announce_missed
 
-      !> Computes the error bars of the trial, if they are shown or required for a mesh request.
+      !> Computes the error bars of the trial, if the deck requests them or a mesh request depends on them.
       subroutine settle_trial()
          logical :: behind_end, critical, can_remesh
          if (allocated(arrival%bars)) findings%bars = arrival%bars
@@ -164,7 +167,7 @@ contains
       subroutine record_trial()
          integer :: pivots
          ! At a contact change the tangent may be singular, for example if a point contact has zero relative curvature and the free
-         ! span beside it is in neutral equilibrium; the pivots just before the change are used.
+         ! span beside it is in neutral equilibrium. The number of negative pivots just before the change is used.
          pivots = trial%system%negative_pivots
          if (arrival%changes) pivots = count_before(run, findings%seen, findings%duplicate, 1.0_wp)
          call record(problem, run, trial, merge('EP', arrival%label, findings%stops), arrival%report, recorder, outcome, &
@@ -195,27 +198,27 @@ contains
 
    contains
 
-      !> Decides on one located event: rejected as spurious, accepted with error bars, or to be located again on a shorter
+      !> Decides about one located event: it is rejected as spurious, accepted with error bars, or located again on a shorter
       !> increment or another mesh.
       subroutine settle_event()
          associate (located_event => findings%seen(i))
             findings%duplicate(i) = turns_by_rounding(problem, step, run, trial, located_event)
             if (findings%duplicate(i)) return
-            ! A branch closure already has the error bars of its point on the parent path.
+            ! The closure of a branch already has the error bars of its point on the parent path.
             if (allocated(located_event%bars)) return
             request%shorter = arrival%can_cut .and. located_event%event%kind == event_stop .and. hides_release(problem, run, &
                & findings, i)
             if (request%shorter) return
             call bars_at_event(problem, step, run, trial, located_event%event, located_event%point, located_event%bars, &
                & findings%as_it_is)
-            ! The error bars may show that rounding is larger than assumed before.
+            ! The error bars may show that the rounding error is larger than assumed before.
             findings%duplicate(i) = turns_by_rounding(problem, step, run, trial, located_event)
             if (findings%duplicate(i)) return
-            call doubt_limit(problem, run, trial, located_event)
+            call check_limit_shift(problem, run, trial, located_event)
             if (allocated(arrival%tries)) &
                & call request_mesh_at_event(problem, step, run, located_event, arrival%tries, outcome, request)
             if (request%remeshes()) return
-            call doubt_bifurcation(located_event)
+            call check_single_path(located_event)
             request%shorter = arrival%can_cut .and. .not. located_event%located
          end associate
       end subroutine settle_event
@@ -246,9 +249,9 @@ contains
 
    contains
 
-      !> Reports a limit point at the corner of a contact change. The contact change is the point recorded last.
+      !> Reports a limit point at the corner of a contact change. (The point recorded last is the contact change.)
       subroutine announce_beside(change)
-         integer, intent(in) :: change              ! index of the contact change among the events seen
+         integer, intent(in) :: change              ! index of the contact change in findings%seen
          integer :: i
          associate (seen => findings%seen)
             i = findloc(findings%beside, change, 1)
@@ -259,7 +262,7 @@ contains
       end subroutine announce_beside
    end subroutine record_events
 
-   !> Reports the contact change at the trial, of which the caller gives label and multiplicity.
+   !> Reports the contact change at the trial; the caller gives its label and multiplicity.
    subroutine announce_contact(problem, run, trial, arrival, findings, recorder, outcome)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
@@ -268,11 +271,10 @@ contains
       type(findings_t), intent(in) :: findings
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
-      type(error_bars_t), allocatable :: bars    ! not allocated if the change is only bracketed
+      type(error_bars_t), allocatable :: bars    ! not allocated if the contact change is only bracketed
       character(:), allocatable :: note
       integer :: i
-      note = trim(merge('contact gained', 'contact lost  ', arrival%label == 'C+'))
-      if (arrival%divides) note = 'a contact region splits'
+      note = contact_words(arrival%label, arrival%divides)
       if (allocated(findings%bars) .and. .not. arrival%bracketed) bars = findings%bars
       do i = 1, arrival%times
          call announce(problem, run, new_critical(arrival%label, note, bars), trial, .not. arrival%bracketed, recorder, &
@@ -283,7 +285,7 @@ contains
          & path_length(problem, run%last%state, trial%state), trial%test_values%negative_pivots, 0)
    end subroutine announce_contact
 
-   !> Moves the path state to the trial. Bifurcations behind the trial do not count in its number of negative pivots.
+   !> Makes the trial the last point of the run. Bifurcations behind the trial do not count in its number of negative pivots.
    subroutine arrive(problem, run, trial, arrival, findings)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
@@ -303,7 +305,7 @@ contains
             if (seen(i)%later) pivots = pivots - nint(sign(1.0_wp, seen(i)%event%before))
          end do
       end associate
-      ! Changes of contact at nodes without a label depend on the mesh and are not corners of the path.
+      ! Changes of contact at nodes without a label depend on the mesh and do not count as corners of the path.
       if (arrival%bracketed .or. .not. (arrival%label /= '' .or. arrival%changes)) return
       run%arrived = arrived_t(point=run%points, load_rate=trial%tangent%load, load_factor=trial%state%load_factor, &
          & monitor=trial%test_values%monitor)

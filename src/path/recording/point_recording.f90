@@ -20,28 +20,32 @@ module point_recording
    use path_record, only: recorder_t, point_t
    use run_accuracy, only: place_t
    use timing, only: count_up, count_largest, counter_points, counter_largest
+   use contact_labels, only: contact_gained, contact_lost
    implicit none
    private
    public :: record
 
-   character(2), parameter :: has_corner(3) = ['C+', 'C-', 'BP'] !! labels at which the path may have a corner
+   !> Labels of points at which the path may have a corner.
+   character(2), parameter :: has_corner(3) = [contact_gained, contact_lost, 'BP']
 
 contains
 
-   !> Passes a converged point to the recorder and to the independent checks. If the point fails the checks, the path ends there,
-   !> and outcome%why is set.
+   !> Passes a converged point to the recorder and to the independent checks. If the point fails a check, the path ends there, and
+   !> outcome%why is set.
    subroutine record(problem, run, point, label, report, recorder, outcome, touching, bars, smooth, pivots)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
       type(path_point_t), intent(in) :: point
-      character(*), intent(in) :: label !! LP, BP, ...; '' for an ordinary point
+      character(*), intent(in) :: label !! label of the point: LP, BP, ...; '' for an ordinary point
       type(increment_t), intent(in) :: report
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
-      logical, intent(in), optional :: touching(:) !! (candidates) shown as contact, though without force yet
+      logical, intent(in), optional :: touching(:) !! (candidates) true: the result shows the node in contact, though its contact
+      !! force is still zero
       type(error_bars_t), allocatable, intent(in), optional :: bars
-      logical, intent(in), optional :: smooth    !! true: the path has one tangent at the point, that of the point; absent: unknown
-      integer, intent(in), optional :: pivots    !! number of negative pivots just before the point, where an eigenvalue may be
+      logical, intent(in), optional :: smooth !! true: the path is smooth at the point; its tangent is that of the point; absent:
+      !! unknown
+      integer, intent(in), optional :: pivots !! number of negative pivots just before the point, needed where an eigenvalue may be
       !! zero; absent: that of the point's system
       type(point_t) :: row
       type(state_t) :: shown
@@ -49,7 +53,7 @@ contains
       type(path_tangent_t) :: tangent
       character(:), allocatable :: wrong
       integer :: m
-      integer :: opening                         ! unstable directions that open force-free contacts
+      integer :: opening                         ! number of unstable directions that open force-free contacts
       logical :: weak, has_tangent
       associate (state => point%state, system => point%system)
          shown = state
@@ -62,7 +66,7 @@ contains
          has_tangent = present(smooth) .and. .not. any(label == has_corner)
          if (has_tangent) has_tangent = smooth
          if (has_tangent) then
-            ! At a limit point rates per unit load are unbounded; all rates are taken per arc length.
+            ! At a limit point rates by the load factor are unbounded; all rates are therefore taken by arc length.
             tangent = path_tangent_at(problem, system, point%tangent%u, point%tangent%load)
             if (metric(problem, tangent%u, tangent%u) > 0.0_wp) row%rate = tangent%load * &
                & [1.0_wp, (monitor_rate(problem, m, state, system), m=1, size(row%monitor))]
@@ -74,14 +78,14 @@ contains
          row%arc_length = run%arc_length + path_length(problem, run%last%state, state)
          call count_opening(problem, state, system, opening, weak)
          row%free_pivots = row%negative_pivots + opening
-         ! The stress-free start has no force to which the residual could be related.
+         ! At the stress-free start there is no force to which the residual could be related.
          if (is_stress_free(state)) row%residual = 0.0_wp
          run%points = run%points + 1
          run%recorded_load = state%load_factor
-         if (allocated(run%onset%region) .and. label == 'C+') row%region = [row%region, run%onset%region]
+         if (allocated(run%onset%region) .and. label == contact_gained) row%region = [row%region, run%onset%region]
          if (allocated(row%bars) .and. allocated(row%region)) call assign_place_bars(row%bars, row%region)
          call check_point(problem, state, system, place_t(run%branch, problem%step, run%points, state%load_factor), &
-            & merge(run%onset%element, 0, label == 'C+'), row, outcome%accuracy, wrong)
+            & merge(run%onset%element, 0, label == contact_gained), row, outcome%accuracy, wrong)
          call note_load(problem%step, state%load_factor, outcome%accuracy)
       end associate
       call count_up(counter_points)

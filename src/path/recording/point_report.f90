@@ -20,13 +20,13 @@ module point_report
 
 contains
 
-   !> Record of a converged state; the path loop adds iterations, residual and arc length.
+   !> Record of a converged state. The path loop adds iterations, residual and arc length.
    function report_point(problem, state, system, number, label) result(point)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! assembled and factored at `state`
-      integer, intent(in) :: number            !! points recorded before this one: decides whether fields are stored
-      character(*), intent(in) :: label        !! points with a label always have fields
+      integer, intent(in) :: number            !! number of points recorded before this point; it decides whether fields are stored
+      character(*), intent(in) :: label        !! label of the point; a point with a label always has fields
       type(point_t) :: point
       real(wp), allocatable :: shares(:), totals(:, :), pushed(:, :, :), moment(:)
       type(pose_t) :: pose
@@ -42,7 +42,7 @@ contains
             point%region = find_regions(problem, state)
             if (problem%has_spans()) then
                point%region = [find_span_regions(problem, state), point%region]
-               ! A contact span counts once, whatever its number of nodes.
+               ! A contact span counts as one contact, whatever the number of nodes on it.
                point%active_contacts = size(problem%contact_span) + count(state%active .and. &
                   & problem%candidates%contact_span == 0) + &
                   & count(state%grounded)
@@ -88,7 +88,7 @@ contains
          if (step%field_displacement) then
             allocate (point%displacement(3, problem%deck%mesh%n_nodes))
             point%displacement = deck_displacements(problem, state, [(c, c=1, problem%deck%mesh%n_nodes)])
-            ! An imperfection present at the start is part of the displacement, which is measured from the deck's coordinates.
+            ! An imperfection at the start is part of the displacement, which is measured from the coordinates in the deck.
             point%displacement(1:2, :) = point%displacement(1:2, :) + (problem%deck%mesh%x - problem%coordinates)
          end if
          if (step%field_section_forces) point%section_forces = deck_section_forces(problem, state)
@@ -106,12 +106,12 @@ contains
       subroutine add_contact_fields()
          real(wp), allocatable :: reaction(:), density(:), gap(:), place(:, :)
          integer :: n, rows, k
-         ! Rows of the mesh follow the contacts of the mesh's model. Contact spans have no rows.
+         ! The rows of the mesh follow the contacts of the mesh's model. Contact spans have no rows in it.
          n = sum([(size(problem%model%contact(k)%node), k=1, size(problem%model%contact))])
          allocate (reaction(n), density(n), gap(n), place(2, n), source=0.0_wp)
          call measure_mesh(reaction, density, gap, place)
          if (problem%deck_mesh) then
-            ! On the deck's mesh each row belongs to a node of the deck, even if the node has moved along the rod.
+            ! On the deck's mesh each row belongs to a node of the deck, even if this node has moved along the rod.
             call move_alloc(reaction, point%reaction)
             call move_alloc(density, point%reaction_density)
             call move_alloc(gap, point%gap)
@@ -147,8 +147,8 @@ contains
       !> Copies the reactions of a contact from nodes of the mesh that coincide with nodes of the deck.
       subroutine take_reactions(contact, mesh_rows, deck_rows, reaction, density)
          integer, intent(in) :: contact
-         integer, intent(in) :: mesh_rows, deck_rows !! rows before those of the contact
-         real(wp), intent(in) :: reaction(:), density(:) !! (rows of the mesh)
+         integer, intent(in) :: mesh_rows, deck_rows !! numbers of rows that precede those of the contact
+         real(wp), intent(in) :: reaction(:), density(:) !! (rows of the mesh) reaction, and reaction by length of the rod
          integer :: row(problem%model%mesh%n_nodes), i, mesh_node, element
          real(wp) :: tau
          row = 0
@@ -164,7 +164,8 @@ contains
 
       !> Computes reactions, reaction densities and gaps at the nodes of the mesh, with the positions of these nodes.
       subroutine measure_mesh(reaction, density, gap, place)
-         real(wp), intent(inout) :: reaction(:), density(:), gap(:), place(:, :) !! (rows), (2, rows)
+         real(wp), intent(inout) :: reaction(:), density(:), gap(:), place(:, :) !! reaction, reaction by length, gap (rows of the
+         !! mesh); position (2, rows)
          real(wp) :: length
          real(wp), allocatable :: pressure(:), distance(:)
          integer :: side

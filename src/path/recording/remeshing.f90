@@ -17,19 +17,19 @@ module remeshing
    private
    public :: request_mesh_at_event, ask_for_mesh, request_coarser_mesh, sizes_there
 
-   real(wp), parameter :: most_sharp = 1.0e-5_wp  !! least residual tolerance requested / step's tolerance; below it residuals are
-   !! rounding
+   real(wp), parameter :: most_sharp = 1.0e-5_wp !! smallest residual tolerance that is requested, over the step's tolerance;
+   !! smaller residuals are rounding
 
 contains
 
    !> Requests a finer mesh if the errors of an event exceed the tolerance. For a detachment the error contributions are those of
-   !> the reduced problem without the elements on a straight wall, which are few and exact.
+   !> the reduced problem, which has no elements on the straight wall; these few elements are exact.
    subroutine request_mesh_at_event(problem, step, run, located_event, tries, outcome, request)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      type(located_event_t), intent(in) :: located_event !! located
-      integer, intent(in) :: tries                       !! meshes made for the event
+      type(located_event_t), intent(in) :: located_event !! the event, located
+      integer, intent(in) :: tries                       !! number of meshes made because of the event's errors
       type(outcome_t), intent(in) :: outcome
       type(request_t), intent(inout) :: request
       type(problem_t) :: free
@@ -55,8 +55,8 @@ contains
       type(state_t), intent(in) :: place
       real(wp), intent(in) :: force_scale        !! scale of forces at the point, see system_t
       type(error_bars_t), allocatable, intent(in) :: bars
-      logical, intent(in) :: critical !! true: a critical point, whose bars must be bounded
-      integer, intent(in) :: tries    !! meshes made for the point
+      logical, intent(in) :: critical !! true: the point is a critical point, whose error bars must be bounded
+      integer, intent(in) :: tries    !! number of meshes made because of the point's errors
       type(outcome_t), intent(in) :: outcome
       type(request_t), intent(inout) :: request
       real(wp) :: asked
@@ -65,7 +65,7 @@ contains
       if (.not. allocated(bars) .or. .not. asked > 0.0_wp .or. tries > most_meshes) return
       if (tries == 0) call request%begin_increment()
       if (tries > 0 .and. .not. request%at_last_point) then
-         ! If the trial's mesh lacks nodes at interface points, the new mesh is built at the last accepted point.
+         ! If the trial's mesh lacks nodes at interface points, the new mesh is made at the last accepted point.
          request%at_last_point = .not. marked(problem, place, find_cuts(problem, place))
          if (request%at_last_point) then
             request%density = problem%demand
@@ -77,11 +77,10 @@ contains
       call request_mesh(problem, place, bars, sizes_there(problem, step, run, place, force_scale, asked, outcome), &
          & step%asked_of, asked, &
          & critical, tries, can_settle, run%mesh%refinement, request%smaller_residual, request%density)
-      ! The finer mesh did not reduce the errors: it is coarsened again, because otherwise it would be refined at each further
-      ! point.
+      ! The finer mesh did not reduce the errors. It is coarsened again; otherwise the mesh would be refined at each further point.
       if (run%mesh%refinement%in_vain) run%mesh%coarser = run%mesh%refinement%demand
-      ! The mesh is made for the last point if a free span that the elements did not resolve may open behind it, or if nodes are at
-      ! the interface points.
+      ! The mesh is made for the last accepted point if a free span may open behind it that the elements did not resolve, or if
+      ! nodes are at the interface points.
       if (allocated(request%density) .and. .not. request%at_last_point) &
          & request%at_last_point = allocated(bars%may_change) .or. marked(problem, place, find_cuts(problem, place))
    end subroutine ask_for_mesh
@@ -94,7 +93,7 @@ contains
       type(state_t), intent(in) :: place
       real(wp), intent(in) :: force_scale        !! scale of forces at the point, see system_t
       type(error_bars_t), intent(in) :: bars
-      integer, intent(in) :: tries               !! meshes made for the point
+      integer, intent(in) :: tries               !! number of meshes made because of the point's errors
       type(outcome_t), intent(in) :: outcome
       if (tries > 0) run%mesh%points_to_keep = rest_of_mesh
       run%mesh%points_to_keep = max(run%mesh%points_to_keep - 1, 0)
@@ -104,20 +103,20 @@ contains
          & step%asked_of_path, run%mesh%coarser)
    end subroutine request_coarser_mesh
 
-   !> Reference values of the errors of a point: load factor, then monitors.
+   !> Reference values of the errors of a point: of the load factor, then of the monitors.
    function sizes_there(problem, step, run, place, force_scale, asked, outcome) result(sizes)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(state_t), intent(in) :: place
       real(wp), intent(in) :: force_scale        !! scale of forces at the point, see system_t
-      real(wp), intent(in) :: asked              !! relative error
+      real(wp), intent(in) :: asked              !! relative error that is allowed
       type(outcome_t), intent(in) :: outcome
       real(wp) :: sizes(1 + size(problem%deck%monitor))
       real(wp) :: load
       load = abs(place%load_factor)
       if (outcome%accuracy%load_step == problem%step) load = max(load, outcome%accuracy%load)
-      ! The first point may be almost unloaded.
+      ! The first point may be almost unloaded, and its values no reference.
       if (step%method /= method_displacement) load = max(load, abs(step%increment))
       sizes = value_sizes(problem, force_scale, load, max(run%motion, motion_sizes(problem, place)), asked)
    end function sizes_there

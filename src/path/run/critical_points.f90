@@ -1,5 +1,6 @@
-!> Critical points of one path: branches and limit curves start at these points, and a path is compared with them to detect closure.
-!> They are kept until the step ends. Path states contain a pointer to them, so that copies for trial increments share one list.
+!> Critical points of one path. Branches and limit curves start from them, and a path is compared with them to detect that it
+!> closes. They are kept until the step ends. Path states contain a pointer to the list, so that copies made for trial increments
+!> share it.
 module critical_points
    use kinds, only: wp
    use problem, only: problem_t
@@ -11,30 +12,31 @@ module critical_points
    private
    public :: critical_point_t, critical_points_t, way_t
 
-   !> First point of a path that leads on from a contact change with another contact set than that of the run.
+   !> First point of a path that leaves a contact change with another contact set than the path of the run.
    type :: way_t
-      type(problem_t) :: problem                 !! with this set
+      type(problem_t) :: problem                 !! problem with this contact set
       type(state_t) :: state
-      type(path_tangent_t) :: tangent            !! path tangent, away from the contact change
+      type(path_tangent_t) :: tangent            !! path tangent, pointing away from the contact change
    end type way_t
 
    !> A critical point, with the data that branch switching and the closure check need.
    type :: critical_point_t
       character(2) :: label = ''
-      type(problem_t) :: problem                 !! problem with the mesh of that point
+      type(problem_t) :: problem                 !! problem with the mesh on which the point was found
       type(state_t) :: state
-      integer :: point = 0                       !! row in the results of its path, from 1
+      integer :: point = 0                       !! number of the point's row in the results of its path, from 1
       integer :: pivots = 0                      !! number of negative pivots before the point
       integer :: multiplicity = 0                !! BP: number of null vectors
-      integer :: opens = 0                       !! BP: 1 or -1 if only the side along or against the null vector opens contacts
-      type(way_t), allocatable :: way(:)         !! BP: paths with other contact sets, instead of null vectors
-      real(wp) :: scale = 1.0_wp                 !! BP: scale of its event, see event_t
-      logical :: corner = .false.                !! LP: the load turns at a corner of the path; no rate is zero there
+      integer :: opens = 0 !! BP: 1 (or -1) if only the side along (or against) the null vector opens contacts; 0: both sides exist
+      type(way_t), allocatable :: way(:)         !! BP: paths with other contact sets that leave the point, in place of null vectors
+      real(wp) :: scale = 1.0_wp                 !! BP: scale of the eigenvalue, see event_t
+      logical :: corner = .false. !! LP: true: the load turns at a corner of the path, so that its rate is not zero there
       type(error_bars_t), allocatable :: bars    !! BP: error bars, if the deck requests them
       real(wp) :: arc_length = 0.0_wp
       real(wp), allocatable :: direction(:, :)   !! (3, nodes) change of the displacements along the path up to the point
       real(wp) :: direction_load = 0.0_wp        !! change of the load factor along the path up to the point
-      real(wp), allocatable :: drift(:, :) !! (3, nodes) deviation of the point from the chord between its neighbours: rounding
+      real(wp), allocatable :: drift(:, :) !! (3, nodes) deviation of the point from the chord between its two neighbours on the
+      !! path: a measure of rounding
       type(control_t) :: control
    end type critical_point_t
 
@@ -47,7 +49,8 @@ module critical_points
 
 contains
 
-   !> Assignment of a critical point as a procedure, for the reason given at copy_problem.
+   !> Assignment of a critical point as a procedure, because the compiler would expand the copies of all components at each
+   !> assignment.
    pure subroutine copy_critical_point(from, to)
       type(critical_point_t), intent(in) :: from
       type(critical_point_t), intent(inout) :: to

@@ -1,5 +1,5 @@
-!> Decides which points of a path get discretisation error bars, calls the estimator for their kind, and keeps the worst bar and a
-!> message where a bar is wider than the deck allows.
+!> Decides which points of a path get discretisation error bars, calls the estimator for their kind, and stores the largest bar,
+!> with a message if a bar is wider than the deck allows.
 module error_report
    use kinds, only: wp
    use text, only: to_text
@@ -15,6 +15,7 @@ module error_report
    use force_free_contact, only: remove_force_free_lines
    use test_kinds, only: span_test_t, test_force
    use span_tests, only: run_span_tests
+   use contact_labels, only: is_contact_label
    use path_events, only: event_t, event_limit, event_bifurcation, event_contact, event_release
    use path_point, only: path_point_t
    use path_state, only: path_state_t
@@ -42,17 +43,17 @@ module error_report
 
 contains
 
-   !> Computes the error bars of an event located between the last accepted point and a trial point. For a detachment the estimator
-   !> uses the reduced problem, that is, the elements without the force-free line contacts.
+   !> Computes the error bars of an event located between the last accepted point and a trial. For a detachment the estimator uses
+   !> the reduced problem, that is, the structure without the elements of force-free line contacts.
    subroutine bars_at_event(problem, step, run, trial, event, point, bars, as_it_is)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run   !! its enriched problem is reused
+      type(path_state_t), intent(inout) :: run   !! its stored enriched problem is used again and updated
       type(path_point_t), intent(in) :: trial
       type(event_t), intent(in) :: event
-      type(path_point_t), intent(in) :: point    !! located point of the event
+      type(path_point_t), intent(in) :: point    !! the located event as a point of the path
       type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck requests none
-      logical, intent(in), optional :: as_it_is  !! true: the mesh will not be refined for these bars
+      logical, intent(in), optional :: as_it_is  !! true: the mesh is not refined because of these bars
       type(zero_t) :: zero
       if (.not. step%error_bars) return
       allocate (bars)
@@ -64,11 +65,11 @@ contains
       else if (is_at_mesh_nodes(problem, event)) then
          bars = no_error_bars(size(problem%model%monitor), at_nodes)
       else if (event%jumps) then
-         ! The free spans buckle here: the event is the point where the line contact vanishes, at the load of `point`.
+         ! At this event the free spans buckle: it is the point where the line contact vanishes, at the load of `point`.
          call point_errors(problem, run%mesh%enriched, point%state, point%system, control_t(method=method_linearised), &
             & point%tangent, bars, places=.true., as_it_is=as_it_is)
-         ! The inertia before and behind the event depends on the mesh and is not compared; only the sign of the load rate behind
-         ! the event is.
+         ! The numbers of negative pivots before and behind the event depend on the mesh and are not compared. Only the sign of the
+         ! load rate behind the event is compared.
          bars%missed = 0
          bars%turned = load_turns()
          bars%unsure = bars%turned
@@ -76,12 +77,12 @@ contains
          call point_errors(problem, run%mesh%enriched, point%state, point%system, holding_value(event%monitor, 0.0_wp), &
             & point%tangent, bars, places=.true., as_it_is=as_it_is)
       else if (event%meets) then
-         call bars_on_met_path()
+         call bars_on_crossing_path()
       else
          call new_zero(problem, event, point%state, point%system, zero)
          call errors_at_zero(bars)
-         ! On a stiff foundation a coarse mesh given by the deck causes small contact changes that finer meshes do not have: no bar
-         ! is possible.
+         ! On a stiff foundation a coarse mesh given by the deck causes small contact changes that finer meshes do not have. Such a
+         ! change has no bar.
          if (event%kind == event_contact .and. bars%load%estimated .and. .not. bars%load%bounded .and. &
             & .not. any(problem%layout%rod_segment%placed)) bars = no_error_bars(size(problem%model%monitor), waves)
       end if
@@ -89,7 +90,7 @@ contains
 
    contains
 
-      !> True if the load rate behind the event has the other sign on the enriched elements.
+      !> True if the load rate behind the event has the opposite sign on the enriched elements.
       logical function load_turns() result(turns)
          type(error_bars_t) :: of_rate
          call new_zero(problem, event_t(kind=event_limit), point%state, point%system, zero)
@@ -97,16 +98,16 @@ contains
          turns = of_rate%turned
       end function load_turns
 
-      !> Error bars for a zero at the point.
+      !> Error bars of an event at `point`, a zero of its event function.
       subroutine errors_at_zero(bars)
          type(error_bars_t), intent(out) :: bars
          call event_errors(problem, run%mesh%enriched, point%state, point%system, zero, point%tangent, path_length(problem, &
             & run%last%state, trial%state), trial%state%load_factor - run%last%state%load_factor, bars, as_it_is)
       end subroutine errors_at_zero
 
-      !> Bars of a bifurcation at which the load of this path has an extremum: on the path that it meets an eigenvalue passes
-      !> through zero there.
-      subroutine bars_on_met_path()
+      !> Bars of a bifurcation at which the load of this path has an extremum. They are computed on the path that crosses there,
+      !> along which an eigenvalue passes through zero.
+      subroutine bars_on_crossing_path()
          type(event_t) :: one
          one = event
          one%kind = event_bifurcation
@@ -114,10 +115,10 @@ contains
          call event_errors(problem, run%mesh%enriched, point%state, point%system, zero, tangent_without(problem, point%system, &
             & zero%modes), path_length(problem, run%last%state, trial%state), trial%state%load_factor - &
             & run%last%state%load_factor, bars, as_it_is)
-      end subroutine bars_on_met_path
+      end subroutine bars_on_crossing_path
 
-      !> Bars of a detachment: a bifurcation of the reduced problem without force-free line contacts. No bar exists if free spans on
-      !> a straight wall, whose rotation costs no energy, hide its null vector.
+      !> Bars of a detachment: a bifurcation of the reduced problem without force-free line contacts. There are no bars if free
+      !> spans on a straight wall, which rotate without energy, make the null vector indistinguishable.
       subroutine bars_at_release()
          type(problem_t) :: free
          type(enriched_problem_t) :: finer
@@ -131,35 +132,36 @@ contains
          if (.not. any_weak) return
          loose = new_system(free)
          call linearise(free, released, released, loose)
-         ! At the singular system a solution for the tangent would contain a multiple of the null vector; the known path tangent is
-         ! transferred to the reduced problem instead.
+         ! The system is singular: a solution for its tangent would contain a multiple of the null vector. Instead the known path
+         ! tangent is transferred to the reduced problem.
          on = path_tangent_t(carried_field(problem, point%state, point%tangent%u, free, released), point%tangent%load)
          one = event
          one%kind = event_bifurcation
          call new_zero(free, one, released, loose, zero)
          call event_errors(free, finer, released, loose, zero, on, path_length(problem, run%last%state, trial%state), &
             & trial%state%load_factor - run%last%state%load_factor, bars)
-         ! If the mesh may be remade, even unbounded bars are kept: they lead to a finer mesh.
+         ! If the mesh may be made anew, unbounded bars are kept, too, because they lead to a finer mesh.
          if (any(problem%layout%rod_segment%placed)) return
          if (bars%why /= '' .or. .not. (bars%load%estimated .and. bars%load%bounded)) &
             & bars = no_error_bars(size(problem%model%monitor), hidden)
       end subroutine bars_at_release
    end subroutine bars_at_event
 
-   !> Computes the error bars of an accepted point. Either a test of contact spans is zero at the point, or the constraint of the
-   !> control prescribes it.
+   !> Computes the error bars of an accepted point. The point is determined either by a test of contact spans that is zero, or by
+   !> the constraint of the control.
    subroutine bars_at_point(problem, step, run, point, label, finished, test, bars, wanted, changing, as_it_is)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run   !! its last point is the previous point; its enriched problem is reused
+      type(path_state_t), intent(inout) :: run !! its last point is the previous point of the path; its stored enriched problem is
+      !! used again and updated
       type(path_point_t), intent(in) :: point
-      character(*), intent(in) :: label          !! label of the point; C+ and C- are in the table of critical points
-      logical, intent(in) :: finished            !! true at the end of the step
-      integer, intent(in) :: test                !! number of the vanishing test in run_span_tests; 0: none
+      character(*), intent(in) :: label !! label of the point; points with label C+ or C- are listed in the table of critical points
+      logical, intent(in) :: finished            !! true: the point is the end of the step
+      integer, intent(in) :: test                !! index of the vanishing test in run_span_tests; 0: none
       type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck requests none
-      logical, intent(in), optional :: wanted    !! true: bars at every point
-      logical, intent(in), optional :: changing(:) !! (candidates) true for nodes whose contact begins or ends at `point`
-      logical, intent(in), optional :: as_it_is  !! true: the mesh will not be refined for these bars
+      logical, intent(in), optional :: wanted    !! true: bars are computed at every point
+      logical, intent(in), optional :: changing(:) !! (candidates) true: contact at the node begins or ends at `point`
+      logical, intent(in), optional :: as_it_is  !! true: the mesh is not refined because of these bars
       type(zero_t) :: zero
       logical :: everywhere, has_zero
       everywhere = step%bars_everywhere
@@ -189,8 +191,8 @@ contains
       call timing_stop(phase_accuracy)
    end subroutine bars_at_point
 
-   !> True if the event is a limit point at a corner of the force law of a stop. A stop is at the same node on all meshes, so that
-   !> the zero of its gap gives an error bar.
+   !> True if the event is a limit point at a corner of the force law of a stop. A stop is at the same node on all meshes; the zero
+   !> of its gap function therefore gives an error bar.
    pure logical function at_law_of_stop(problem, event) result(at)
       type(problem_t), intent(in) :: problem
       type(event_t), intent(in) :: event
@@ -198,7 +200,7 @@ contains
       if (at) at = is_stop(problem, event%law%candidate)
    end function at_law_of_stop
 
-   !> True if the event is a contact change at candidates whose position depends on the mesh, so that no error bar exists.
+   !> True if the event is a contact change at nodes whose positions depend on the mesh, so that there is no error bar.
    pure logical function is_at_mesh_nodes(problem, event) result(is)
       type(problem_t), intent(in) :: problem
       type(event_t), intent(in) :: event
@@ -206,11 +208,11 @@ contains
       if (is) is = .not. only_stops(problem, event%marked)
    end function is_at_mesh_nodes
 
-   !> True if the contact of stops changes and no other contact. A stop is at the same node on all meshes, so that the zero of its
-   !> gap or reaction gives an error bar.
+   !> True if only contacts of stops change. A stop is at the same node on all meshes; the zero of its gap or reaction therefore
+   !> gives an error bar.
    pure logical function only_stops(problem, changing)
       type(problem_t), intent(in) :: problem
-      logical, intent(in) :: changing(:)         !! (candidates) true where contact changes
+      logical, intent(in) :: changing(:)         !! (candidates) true: the contact changes
       integer :: c
       only_stops = any(changing)
       do c = 1, size(changing)
@@ -218,18 +220,19 @@ contains
       end do
    end function only_stops
 
-   !> Computes the error bars of a point where contact begins. The gap inside a free span is only as accurate as the element
-   !> polynomials. The force of the new contact vanishes at the same load and depends on nodal values only, so that its zero gives
-   !> the bars.
+   !> Computes the error bars of a point at which contact begins. The gap inside a free span is only as accurate as the polynomials
+   !> of the elements. The force of the new contact is zero at the same load and depends on nodal values only; therefore the bars
+   !> are those of the zero of this force.
    subroutine bars_at_contact_start(problem, step, run, point, begun, touched, newest, bars)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: point
-      type(problem_t), intent(in) :: begun       !! the problem with the new contact
-      type(path_point_t), intent(in) :: touched  !! point of `begun` at the same load, the new contact force being zero
-      integer, intent(in) :: newest              !! number of the contact span begun last
-      type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: not requested, or contact begins at a fixed node
+      type(problem_t), intent(in) :: begun       !! the problem that includes the new contact
+      type(path_point_t), intent(in) :: touched  !! point of `begun` at the same load, where the force of the new contact is zero
+      integer, intent(in) :: newest              !! identity number of the contact span that begins
+      type(error_bars_t), allocatable, intent(out) :: bars !! error bars; not allocated: the deck requests none, or contact begins
+      !! at a fixed node
       type(enriched_problem_t) :: finer
       type(span_test_t), allocatable :: tests(:)
       type(zero_t) :: zero
@@ -250,8 +253,8 @@ contains
             & 0.0_wp * touched%state%u, point%tangent%load), path_length(problem, run%last%state, point%state), &
             & point%state%load_factor - run%last%state%load_factor, bars)
          if (allocated(bars%share)) bars%share = shares_on(begun, touched%state, bars%share, problem, point%state)
-         ! The point reports the monitors of the problem without the new contact. The difference between the two problems shifts the
-         ! bars.
+         ! The result has the monitors of the problem without the new contact. The bars are shifted by the difference between the
+         ! two problems.
          here = monitor_values(problem, point%state, point%system)
          there = monitor_values(begun, touched%state, touched%system)
          do m = 1, size(bars%monitor)
@@ -261,11 +264,11 @@ contains
       call timing_stop(phase_accuracy)
    end subroutine bars_at_contact_start
 
-   !> Assigns the error contributions of the elements of one mesh to the elements of another mesh by element midpoints.
+   !> Assigns the error contributions of the elements of one mesh to the elements of another mesh that contain their midpoints.
    function shares_on(from, from_state, share, to, to_state) result(new)
       type(problem_t), intent(in) :: from, to    !! two meshes of the same deck
       type(state_t), intent(in) :: from_state, to_state
-      real(wp), intent(in) :: share(:, :)        !! (numbers, elements of `from`)
+      real(wp), intent(in) :: share(:, :)        !! (numbers, elements of `from`) error contributions
       real(wp), allocatable :: new(:, :)
       real(wp) :: tau
       integer :: e, there
@@ -284,7 +287,7 @@ contains
       type(system_t), intent(in) :: system       !! factored at `state`
       type(path_tangent_t), intent(in) :: heading     !! path tangent at `state`
       real(wp), intent(in) :: length             !! arc length over which the load factor changes by `rise`
-      real(wp), intent(in) :: rise               !! change of the load factor
+      real(wp), intent(in) :: rise               !! change of the load factor over the arc length `length`
       type(error_bars_t), allocatable, intent(out) :: bars
       type(enriched_problem_t) :: finer
       type(event_t) :: event
@@ -297,7 +300,7 @@ contains
       call timing_stop(phase_accuracy)
    end subroutine bars_on_curve
 
-   !> Keeps the largest absolute load factor of a step, the reference of relative error bars.
+   !> Stores the largest absolute load factor of a step, to which relative error bars are related.
    pure subroutine note_load(step, load_factor, accuracy)
       integer, intent(in) :: step                !! number of the step
       real(wp), intent(in) :: load_factor        !! load factor of a point
@@ -307,11 +310,11 @@ contains
       accuracy%load = max(accuracy%load, abs(load_factor))
    end subroutine note_load
 
-   !> Keeps the largest relative error bar of the load factors of a buckling step, and a message for the first bar wider than
-   !> allowed.
+   !> Stores the largest relative error bar of the load factors of a buckling step, and a message about the first bar that is wider
+   !> than allowed.
    subroutine note_buckling_bars(buckling, widest, accuracy)
       type(buckling_t), intent(in) :: buckling   !! modes and load factors with their error bars
-      real(wp), intent(in) :: widest             !! largest bar allowed, relative to the load factor
+      real(wp), intent(in) :: widest             !! largest error bar allowed, relative to the load factor
       type(accuracy_t), intent(inout) :: accuracy
       integer :: k
       do k = 1, size(buckling%load_factor)
@@ -322,7 +325,8 @@ contains
       end do
    end subroutine note_buckling_bars
 
-   !> Keeps the largest relative error bar of a point of a limit curve. Monitors that the deck counts must have bounded bars.
+   !> Stores the largest relative error bar of a point on a limit curve. Monitors to which the deck applies the tolerance must have
+   !> bounded bars.
    subroutine note_curve_bar(problem, point, name, step, accuracy)
       type(problem_t), intent(in) :: problem
       type(limit_point_t), intent(in) :: point   !! point of the curve with its error bars
@@ -344,11 +348,11 @@ contains
       end do
    end subroutine note_curve_bar
 
-   !> Keeps the largest relative bar, and a message for the first bar wider than the deck allows.
+   !> Stores the largest relative bar, and a message about the first bar that is wider than the deck allows.
    subroutine note_ratio(bar, size, what, at, widest, accuracy)
       type(error_bar_t), intent(in) :: bar
-      real(wp), intent(in) :: size               !! reference value of the bar, > 0
-      character(*), intent(in) :: what           !! words for the number, to which its bar is appended
+      real(wp), intent(in) :: size               !! reference value to which the bar is related, > 0
+      character(*), intent(in) :: what           !! words for the number, to which the message appends its bar
       type(place_t), intent(in) :: at
       real(wp), intent(in) :: widest
       type(accuracy_t), intent(inout) :: accuracy
@@ -359,23 +363,24 @@ contains
 
    !> Message for a mesh given by the deck that is too coarse.
    pure function coarse_words(what, allowed) result(words)
-      character(*), intent(in) :: what           !! the number with its bar
+      character(*), intent(in) :: what           !! words for the number with its bar
       character(*), intent(in) :: allowed
       character(:), allocatable :: words
       words = 'the mesh is too coarse for what was asked: '//what//', and WIDEST on *ACCURACY allows '//allowed// &
          & '; give more elements or a higher order'
    end function coarse_words
 
-   !> Keeps the largest relative bar of a critical load, and one message if an error bar of this point is wider than the deck allows
-   !> or is unknown. On a mesh made for a tolerance all points are checked, on a mesh given by the deck only points with a label,
-   !> both for the numbers to which the requested error applies.
+   !> Stores the largest relative bar of a critical load, and one message if an error bar of this point is unknown or wider than the
+   !> deck allows. On a mesh made for a tolerance all points are checked, on a mesh given by the deck only points with a label; in
+   !> both cases only the numbers to which the deck applies the tolerance.
    !>
-   !> At the end of a step the deck usually prescribes the load factor: only the monitors there show that the mesh is too coarse.
+   !> At the end of a step the load factor is usually prescribed by the deck: only the monitors can show there that the mesh is too
+   !> coarse.
    subroutine note_error(problem, step, bars, sizes, label, at, accuracy)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(error_bars_t), intent(in) :: bars
-      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) reference values of the errors
+      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) values to which the errors are related
       character(*), intent(in) :: label          !! label of the critical point; '': none
       type(place_t), intent(in) :: at
       type(accuracy_t), intent(inout) :: accuracy
@@ -391,7 +396,7 @@ contains
       if (allocated(accuracy%bar_words) .or. .not. (made .or. label /= '')) return
       there = ' at point '//to_text(at%point)//' (load factor '//brief(at%load_factor)//')'
       if (label /= '') there = ' of '//label//there
-      ! User values and turning points do not depend on the inertia.
+      ! Points with prescribed values and turning points do not depend on the number of negative pivots.
       if (bars%missed /= 0 .and. .not. any(label == ['UZ', 'TP'])) then
          accuracy%bar_words = 'the mesh is too coarse for the bifurcations'//there//': finer elements have '// &
             & to_text(abs(bars%missed))//trim(merge(' more ', ' fewer', bars%missed > 0))// &
@@ -414,10 +419,10 @@ contains
          return
       end if
       if (.not. (bars%load%estimated .or. any(bars%monitor%estimated))) then
-         ! The table of critical points says which points have no estimate on any mesh. Contact changes without a test function are
+         ! The table of critical points shows which points have no estimate on any mesh. Contact changes without a test function are
          ! not reported here, except on foundations.
          if (.not. (bars%too_coarse .or. (made .and. (any(label == ['LP', 'BP', 'EP']) .or. &
-            & (any(problem%ground%founded) .and. any(label == ['C+', 'C-'])))))) return
+            & (any(problem%ground%founded) .and. is_contact_label(label)))))) return
          accuracy%bar_words = 'whether the errors'//there//' are what was asked for is not known: '//bars%why
          return
       end if
@@ -445,7 +450,7 @@ contains
 
    contains
 
-      !> Writes the message for the first touchdown point whose position has no bound on its error.
+      !> Adds a message about the first touchdown point whose position has no bounded error.
       subroutine note_places()
          integer :: k
          do k = 1, size(bars%place)
@@ -457,16 +462,16 @@ contains
       end subroutine note_places
    end subroutine note_error
 
-   !> Message for a number without a bound on its error.
+   !> Message about a number whose error has no bound.
    pure function unbounded_words(what, bar) result(words)
-      character(*), intent(in) :: what           !! the number
+      character(*), intent(in) :: what           !! words for the number
       type(error_bar_t), intent(in) :: bar
       character(:), allocatable :: words
       words = 'the error of '//what//' is not known: '//bar_text(bar)//', and no bound; give more elements or a higher order'
    end function unbounded_words
 
-   !> Relative error allowed at a point: the tolerance for which the mesh is made, or the largest error bar allowed on a mesh given
-   !> by the deck.
+   !> Relative error allowed at a point: the tolerance for which the mesh is made or, on a mesh given by the deck, the largest error
+   !> bar that the deck allows.
    pure real(wp) function tolerance_at(problem, step, label) result(asked)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step

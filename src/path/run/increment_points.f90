@@ -1,11 +1,11 @@
-!> Points of the path inside a completed increment, addressed by a fraction of the increment.
+!> Points of the path inside a completed increment, given by their fraction of the increment.
 module increment_points
    use kinds, only: wp
    use model, only: method_linearised, method_load
    use problem, only: problem_t
    use rod_state, only: state_t, is_stress_free
    use path_control, only: control_t, is_arc_length, metric, path_length, displacement_between
-   use path_continuity, only: chord_between, seen_from, between, part_at, alike, stands_still
+   use path_continuity, only: chord_between, transferred_field, between, part_at, alike, stands_still
    use corrector, only: increment_t, correct
    use path_point, only: path_point_t, advance, evaluate_tests
    use path_state, only: path_state_t, path_tangent_of
@@ -13,13 +13,13 @@ module increment_points
    private
    public :: division_t, new_division, point_within, chord_fraction, part_of_increment
 
-   !> Constraint and scaling that define the fractions of an increment.
+   !> Constraint and scales that define the fractions of an increment.
    type :: division_t
       type(control_t) :: control                 !! constraint of points inside the increment
-      real(wp) :: whole = 0.0_wp                !! change of the controlled quantity over the whole increment
-      real(wp) :: slopes(2) = 1.0_wp            !! derivatives of this quantity at both ends, divided by their mean
-      logical :: smooth = .false.               !! no contact change inside, and no node moves along its rod
-      real(wp), allocatable :: chord(:, :)      !! (3, nodes) displacement chord between the same material points
+      real(wp) :: whole = 0.0_wp !! change of the controlled quantity over the whole increment, in the quantity's units
+      real(wp) :: slopes(2) = 1.0_wp !! derivatives of the controlled quantity by the fraction at both ends, divided by their mean
+      logical :: smooth = .false.               !! true: no contact change inside the increment, and no node moves along its rod
+      real(wp), allocatable :: chord(:, :) !! (3, nodes) difference of the displacements at both ends, for the same material points
       real(wp) :: length = 0.0_wp               !! length of the chord in the path metric
    end type division_t
 
@@ -28,12 +28,12 @@ contains
    !> Chooses the constraint for points inside an increment. Increments of load and displacement control are divided by the
    !> controlled quantity. An arc-length increment is divided by the load if the load changes monotonically: planes of equal load
    !> are not affected by rounding transverse to the path, which is large in structures that hardly move before they buckle.
-   !> Otherwise planes normal to the chord divide it.
+   !> Otherwise the increment is divided by planes normal to the chord.
    type(division_t) function new_division(problem, run, trial, steady_load) result(division)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial      !! end of the increment
-      logical, intent(in) :: steady_load            !! the load changes monotonically over the increment
+      logical, intent(in) :: steady_load            !! true: the load changes monotonically over the increment
       real(wp) :: rise
       logical :: still
       division%smooth = alike(problem, run%last%state, trial%state)
@@ -44,7 +44,7 @@ contains
          division%whole = control%increment
          if (is_arc_length(control%method)) then
             rise = trial%state%load_factor - run%last%state%load_factor
-            ! If no node moves by more than rounding, the increment can only be divided by the load.
+            ! If no node moves by more than rounding, only the load can divide the increment.
             still = stands_still(run%last%tangent, rise) .and. stands_still(ahead, rise) .and. abs(rise) > 0.0_wp
             if ((steady_load .and. division%smooth) .or. still) then
                control%method = method_load
@@ -56,9 +56,9 @@ contains
                control%load_scale = 0.0_wp
                control%tangent = division%chord / division%length
                control%tangent_load = 0.0_wp
-               ! The chord is measured at the material points that are nodes of the trial point; contact spans move nodes along
-               ! their rods.
-               division%whole = metric(problem, seen_from(problem, trial%state, run%last%state, control%tangent), &
+               ! The chord connects the positions of the same material points, the nodes of the trial: contact spans move nodes
+               ! along their rods.
+               division%whole = metric(problem, transferred_field(problem, trial%state, run%last%state, control%tangent), &
                   & displacement_between(problem, run%last%state, trial%state))
                division%slopes = [metric(problem, control%tangent, run%last%tangent%u), metric(problem, control%tangent, ahead%u)]
             end if
@@ -67,19 +67,20 @@ contains
       end associate
    end function new_division
 
-   !> Corrects the point at a fraction of the increment. The predictor is a point found nearby, or interpolates between the ends if
-   !> both have the same contact set; otherwise the increment starts again from its first end.
+   !> Corrects the point at a fraction of the increment. If both ends have the same contact set, the predictor is `near` or
+   !> interpolated between the ends. Otherwise the corrector starts from the first end.
    subroutine point_within(problem, run, trial, division, fraction, from_start, keep_contact, here, report, near)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial      !! end of the increment
       type(division_t), intent(inout) :: division
-      real(wp), intent(in) :: fraction             !! 0 to 1
-      logical, intent(in) :: from_start            !! start from the first end even if interpolation is possible
-      logical, intent(in) :: keep_contact          !! contact set of the start, for any signs of gaps and reactions
+      real(wp), intent(in) :: fraction             !! fraction of the increment, 0 to 1
+      logical, intent(in) :: from_start !! true: the corrector starts from the first end even if interpolation is possible
+      logical, intent(in) :: keep_contact !! true: the contact set of the first end is kept, whatever the signs of gaps and
+      !! reactions
       type(path_point_t), intent(out) :: here      !! undefined unless report%converged
       type(increment_t), intent(out) :: report
-      type(path_point_t), intent(in), optional :: near !! a point of the increment
+      type(path_point_t), intent(in), optional :: near !! known point of the increment, used as predictor
       division%control%increment = fraction * division%whole
       if (division%smooth .and. .not. from_start) then
          if (present(near)) then
@@ -91,8 +92,8 @@ contains
          here%system = run%last%system
          call correct(problem, run%last%state, division%control, .false., here%state, here%system, report, again=.true.)
       else if (size(problem%mark) > 0 .and. is_stress_free(run%last%state)) then
-         ! In a stress-free start the end of contact with a foundation is undefined: the increment is made backwards from its other
-         ! end.
+         ! At a stress-free start the end of contact with a foundation is undefined: the point is then found from the other end, by
+         ! an increment backwards.
          division%control%increment = division%control%increment - division%whole
          call advance(problem, trial, division%control, here, report, keep_contact)
       else
@@ -103,8 +104,8 @@ contains
       call evaluate_tests(problem, here)
    end subroutine point_within
 
-   !> Position of a state on the increment, 0 to 1: its projection onto the chord between the ends, limited to 0 to 1. It puts
-   !> events located by different methods into one order.
+   !> Position of a state within the increment, 0 to 1: its projection onto the chord between the ends, limited to this range. It
+   !> orders events that were located by different methods.
    pure real(wp) function chord_fraction(problem, run, division, place) result(fraction)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -113,7 +114,7 @@ contains
       fraction = min(max(metric(problem, division%chord, chord_between(problem, run%last%state, place)) / &
          & division%length**2, 0.0_wp), 1.0_wp)
    end function chord_fraction
-   !> Fraction of an increment at a state on it, measured by the load if the load divides the increment, else along the chord.
+   !> Fraction of an increment at a state inside it: of the load change if the load divides the increment, else along the chord.
    pure real(wp) function part_of_increment(problem, run, trial, division, place) result(fraction)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run

@@ -1,4 +1,4 @@
-!> State of a path: the last accepted point, and the history that later increments need.
+!> State of a run along a path: the last accepted point, and the history on which later increments depend.
 module path_state
    use kinds, only: wp
    use archive, only: archive_t
@@ -20,20 +20,21 @@ module path_state
    private
    public :: path_state_t, recent_path_t, slopes_t, onset_t, since_change_t, point_on_mesh_t, mesh_history_t, arrived_t
    public :: copy_path_state
-   public :: path_tangent_of, keep_critical_point, leave_trail, turned_back, forget_mesh, rest_of_mesh, small_load
+   public :: path_tangent_of, keep_critical_point, append_recent_part, turned_back, forget_mesh, rest_of_mesh, small_load
 
-   integer, parameter :: rest_of_mesh = 10       !! accepted points after a refinement during which no coarser mesh is tried
+   integer, parameter :: rest_of_mesh = 10 !! number of accepted points after a refinement during which no coarser mesh is tried
 
    !> The path between two neighbouring accepted points, with the path tangents at both ends.
    type :: recent_path_t
       type(state_t) :: from, to
-      real(wp), allocatable :: chord(:, :)       !! (3, nodes) displacement between the two points
+      real(wp), allocatable :: chord(:, :)       !! (3, nodes) difference of the displacements at the two points
       type(path_tangent_t) :: first, last
    end type recent_path_t
 
-   integer, parameter :: trail_length = 3        !! number of parts kept; a path that reverses meets its latest points first
+   integer, parameter :: trail_length = 3 !! number of stored parts of the recent path; a path that reverses meets the latest parts
+   !! first
 
-   !> A point of the path, and the problem with its mesh and contact set.
+   !> A point of the path together with the problem (mesh and contact set) for which it was computed.
    type :: point_on_mesh_t
       type(problem_t) :: problem
       type(path_point_t) :: point
@@ -43,76 +44,83 @@ module path_state
    type :: mesh_history_t
       type(enriched_problem_t) :: enriched       !! enriched problem, from which error estimates are computed
       type(refinement_t) :: refinement           !! results of the refinements tried for the present point
-      type(mesh_density_t), allocatable :: coarser(:) !! (rod segments) coarser mesh that is accurate enough for the last point
-      type(point_on_mesh_t), allocatable :: before_coarsening !! state to return to until a point is accepted on the coarser mesh
-      integer :: points_to_keep = 0              !! number of further points for which the mesh is not coarsened
-      logical :: change_behind = .false.  !! true: on the new mesh a point contact becomes a line contact before the last accepted
-      !! point
+      type(mesh_density_t), allocatable :: coarser(:) !! (rod segments) density of a coarser mesh that is accurate enough for the
+      !! last point; not allocated: none
+      type(point_on_mesh_t), allocatable :: before_coarsening !! problem and point to which the run returns if no point is accepted
+      !! on the coarser mesh
+      integer :: points_to_keep = 0              !! number of further points for which the mesh must not be coarsened
+      logical :: change_behind = .false. !! true: on the present mesh a point contact becomes a line contact before the last
+      !! accepted point
    end type mesh_history_t
 
    !> Derivatives of the test values of contact spans by arc length.
    type :: slopes_t
       real(wp), allocatable :: here(:)           !! derivatives at the last accepted point; not allocated: unknown
       real(wp), allocatable :: ahead(:)          !! derivatives at the trial point
-      integer :: closer = 0 !! times that the increment from the last accepted point was shortened for these derivatives
-      logical :: rough = .false. !! still requested after several shortenings: the tests are not smooth along the path
+      integer :: closer = 0 !! number of times that the increment from the last accepted point was shortened to obtain these
+      !! derivatives
+      logical :: rough = .false. !! true: a shortening is still required after several: the tests are not smooth along the path
    end type slopes_t
 
-   !> Consequences of the last contact change for the following points.
+   !> Effects of the last contact change on the following points.
    type :: since_change_t
-      logical :: shrunk = .false. !! a line contact has just become a point contact: the test values are those of the line, and an
-      !! eigenvalue may have changed its sign there, which zero_at_end and smooth_zero find. Set by set_mending, valid until the
-      !! next point (event_recording)
-      real(wp) :: at = 0.0_wp                    !! arc length of that change
+      logical :: shrunk = .false. !! true: a line contact has just become a point contact, and the stored test values are still
+      !! those of the line contact. An eigenvalue may have changed its sign there; zero_at_end and smooth_zero find it. Set by
+      !! set_mending; valid until the next point (event_recording)
+      real(wp) :: at = 0.0_wp                    !! arc length at the last contact change
    end type since_change_t
 
-   !> Path tangent with which the path reaches the last accepted point, if the contact changes there. The path leaves this point
-   !> with another tangent, so that the load may turn (corner_limit).
+   !> Path tangent with which the path arrives at the last accepted point if the contact changes there. The path leaves this point
+   !> with another tangent, so that the load may turn there (corner_limit).
    type :: arrived_t
-      integer :: point = 0 !! row in the results; 0: no contact change there, or the limit point is reported already
-      real(wp) :: load_rate = 0.0_wp             !! d(load factor)/d(arc length) on arrival
+      integer :: point = 0 !! row of the point in the results; 0: no contact change at the point, or its limit point is already
+      !! reported
+      real(wp) :: load_rate = 0.0_wp             !! d(load factor)/d(arc length) with which the path arrives
       real(wp) :: load_factor = 0.0_wp
       real(wp), allocatable :: monitor(:)
-      type(error_bars_t), allocatable :: bars    !! error bars; not allocated: unknown
+      type(error_bars_t), allocatable :: bars    !! error bars of the point; not allocated: unknown
    end type arrived_t
 
-   !> A point contact that begins at the next point.
+   !> A point contact that begins at the next point of the path.
    type :: onset_t
-      type(region_t), allocatable :: region      !! not allocated: no contact begins
+      type(region_t), allocatable :: region      !! region of the new contact; not allocated: no contact begins
       integer :: element = 0                     !! element in which the contact begins; 0: none
    end type onset_t
 
-   !> State of a path; a single type, so that the procedures of the path loop have short argument lists.
+   !> State of a run along a path. One type contains all of it, so that the procedures of the path loop have short argument lists.
    type :: path_state_t
       type(path_point_t) :: last                 !! the last accepted point
       type(control_t) :: control                 !! constraint of the next increment
       real(wp) :: arc_length = 0.0_wp            !! arc length since the start of the run
-      integer :: branch = 0                      !! number of the branch in the result file; 0: the path of the steps
+      integer :: branch = 0                      !! number of the present branch in the result file; 0: the path of the steps
       integer :: points = 0                      !! points recorded so far, in all steps
-      real(wp) :: recorded_load = 0.0_wp         !! load factor of the last one; that of `last` may be another after a remeshing
+      real(wp) :: recorded_load = 0.0_wp !! load factor of the point recorded last; after a remeshing last%state may have another
+      !! load factor
       integer :: step_points = 0                 !! points accepted in this step
-      integer :: spans_begun = 0                 !! contact spans begun so far: the last identity number given
+      integer :: spans_begun = 0 !! number of contact spans that have begun so far, and identity number of the newest
       type(onset_t) :: onset                     !! point contact that begins at the next point
-      logical :: on_bifurcation = .false.        !! the last point is a recorded bifurcation: its pivots have the sign of rounding
-      type(since_change_t) :: since_change       !! consequences of the last contact change that are still active
-      real(wp) :: motion(2) = 0.0_wp             !! largest displacement and rotation so far
+      logical :: on_bifurcation = .false. !! true: the last point is a recorded bifurcation, and the signs of its vanishing pivots
+      !! are rounding
+      type(since_change_t) :: since_change       !! effects of the last contact change that are still in force
+      real(wp) :: motion(2) = 0.0_wp             !! largest displacement [length] and largest rotation [rad] of a node so far
       type(mesh_history_t) :: mesh
       real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! arc length and load change of the last increment
-      type(arrived_t) :: arrived                 !! arrival at the last accepted point
+      type(arrived_t) :: arrived                 !! tangent with which the path arrives at the last accepted point
       type(slopes_t) :: slopes
-      type(recent_path_t), allocatable :: trail(:)   !! parts of the path before the last accepted point, the latest first
-      logical :: fresh = .false. !! the last point is an unloaded start: its contacts carry no force and are kept closed in its
-      !! tangent
-      type(critical_points_t), pointer :: home => null() !! critical points of the parent path of a branch; on the path of a step,
-      !! its own
+      type(recent_path_t), allocatable :: trail(:)   !! parts of the path before the last accepted point, the latest part first
+      logical :: fresh = .false. !! true: the last point is an unloaded start. Its contacts carry no force and are kept closed in
+      !! its tangent
+      type(critical_points_t), pointer :: home => null() !! critical points of the parent path, if the run is on a branch; on the
+      !! path of a step, the critical points of this path itself
       real(wp) :: left_at = 0.0_wp               !! arc length at the start of the branch or step
-      type(critical_points_t), pointer :: critical_points => null() !! critical points of this step or branch, in their order
-      type(archive_t), pointer :: frame => null() !! data with which the present path began, see checkpoint
+      type(critical_points_t), pointer :: critical_points => null() !! critical points of this step or branch, in the order of the
+      !! path
+      type(archive_t), pointer :: frame => null() !! frame of the checkpoints of the present path (see module checkpoint)
    end type path_state_t
 
 contains
 
-   !> Assignment of a path state as a procedure, for the reason given at copy_problem.
+   !> Assignment of a path state as a procedure, because the compiler would expand the copies of all components at each assignment.
    subroutine copy_path_state(from, to)
       type(path_state_t), intent(in) :: from
       type(path_state_t), intent(inout) :: to
@@ -120,7 +128,7 @@ contains
    end subroutine copy_path_state
 
    !> Path tangent, in the direction of travel, at a point whose state and system are known. The direction of travel is that of the
-   !> chord from the last accepted point; under load or displacement control it is the direction in which the controlled quantity
+   !> chord from the last accepted point. Under load or displacement control it is the direction in which the controlled quantity
    !> changes with the sign of the increment.
    type(path_tangent_t) function path_tangent_of(problem, run, point) result(tangent)
       type(problem_t), intent(in) :: problem
@@ -141,16 +149,16 @@ contains
       end associate
    end function path_tangent_of
 
-   !> Adds the part of the path between the last accepted point and a new one to the recent path. At a contact change the path has a
-   !> corner: the tangents stored are those at the ends of this part.
-   subroutine leave_trail(problem, run, point)
+   !> Adds the part of the path between the last accepted point and a new point to the stored recent path. At a contact change the
+   !> path has a corner; the stored tangents are those of this part.
+   subroutine append_recent_part(problem, run, point)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
-      type(path_point_t), intent(in) :: point    !! its tangent is that on this side
+      type(path_point_t), intent(in) :: point    !! the new point; its tangent is that of the path before it
       if (.not. allocated(run%trail)) allocate (run%trail(0))
       run%trail = [recent_path_t(run%last%state, point%state, chord_between(problem, run%last%state, point%state), &
          & run%last%tangent, point%tangent), run%trail(:min(size(run%trail), trail_length - 1))]
-   end subroutine leave_trail
+   end subroutine append_recent_part
 
    !> Discards all data that refer to the nodes of the previous mesh.
    subroutine forget_mesh(run)
@@ -163,7 +171,7 @@ contains
       if (allocated(run%mesh%before_coarsening)) deallocate (run%mesh%before_coarsening)
    end subroutine forget_mesh
 
-   !> True if a trial point lies on the recent path, so that the increment went backwards.
+   !> True if a trial lies on the stored recent path, which means that the increment went backwards.
    logical function turned_back(problem, run, trial)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -171,7 +179,7 @@ contains
       integer :: k
       turned_back = .false.
       if (.not. allocated(run%trail)) return
-      ! If only the load changes, the displacements of the tangent are rounding and cannot be compared.
+      ! If only the load changes, the displacements of the path tangent are rounding and cannot be compared.
       if (stands_still(trial%tangent, trial%state%load_factor - run%last%state%load_factor)) return
       do k = 1, size(run%trail)
          if (turned_back) return
@@ -188,19 +196,19 @@ contains
       type(path_state_t), intent(inout) :: run
       character(*), intent(in) :: label !! LP, BP, C+ or C-
       type(state_t), intent(in) :: state
-      type(state_t), intent(in) :: trial         !! next accepted or trial point
-      real(wp), intent(in) :: part               !! position of `state` between the last point and `trial`, 0 to 1
+      type(state_t), intent(in) :: trial         !! state of the next accepted point or trial behind the critical point
+      real(wp), intent(in) :: part               !! position of `state` between the last accepted point and `trial`, 0 to 1
       real(wp), intent(in) :: arc_length         !! arc length of the critical point
-      integer, intent(in) :: pivots              !! negative pivots before the critical point
+      integer, intent(in) :: pivots              !! number of negative pivots before the critical point
       integer, intent(in) :: multiplicity        !! BP: number of null vectors, else 0
-      real(wp), intent(in), optional :: scale    !! scale of the event, see event_t
+      real(wp), intent(in), optional :: scale    !! scale of the eigenvalue, see event_t
       type(error_bars_t), allocatable, intent(in), optional :: bars
-      type(problem_t), intent(in), optional :: free !! problem without force-free contacts, on which a branch leaves the critical
+      type(problem_t), intent(in), optional :: free !! problem without force-free contacts, in which a branch leaves the critical
       !! point
-      type(state_t), intent(in), optional :: released !! state of the critical point in that problem
+      type(state_t), intent(in), optional :: released !! state of the critical point in the problem `free`
       logical, intent(in), optional :: corner    !! LP: the load turns at a corner of the path
       integer, intent(in), optional :: opens     !! BP: side on which contacts open, see critical_point_t
-      type(way_t), intent(in), optional :: way(:) !! BP: see critical_point_t
+      type(way_t), intent(in), optional :: way(:) !! BP: paths with other contact sets, see critical_point_t
       type(critical_point_t) :: critical_point
       critical_point%label = label
       call copy_problem(problem, critical_point%problem)
@@ -227,7 +235,7 @@ contains
       call run%critical_points%keep(critical_point)
    end subroutine keep_critical_point
 
-   !> Change of the load factor for finite differences.
+   !> Change of the load factor that finite differences use.
    pure real(wp) function small_load(run) result(step)
       type(path_state_t), intent(in) :: run
       step = 1.0e-4_wp * max(abs(run%last_load), 1.0e-3_wp * abs(run%last%state%load_factor))

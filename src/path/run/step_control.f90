@@ -1,9 +1,9 @@
-!> Increment control of one step: first increment, adaptation, shortening to stop values.
+!> Control of the increments of one step: size of the first increment, adaptation, shortening to stop values.
 module step_control
    use kinds, only: wp
    use model, only: step_t, method_load, method_displacement, method_cylindrical
    use problem, only: problem_t, rounding_gap
-   use path_control, only: control_t, is_arc_length, held_within
+   use path_control, only: control_t, is_arc_length, constraint_tolerance
    use path_continuity, only: relation_t, largest_turn, stands_still
    use path_events, only: test_values_t
    use path_state, only: path_state_t, path_tangent_of
@@ -13,15 +13,18 @@ module step_control
    public :: start_control, change_control, begin_arc_length, go_by_load, may_rest, next_increment, smallest, shorten_to_stop
    public :: stop_met
 
-   real(wp), parameter :: safety = 0.7_wp         !! fraction of the largest turn that an increment is planned to use
-   real(wp), parameter :: least_part = 1.0e-6_wp !! smallest arc length over that of the first increment; no input deck changes from
-   !! 1E-7 to 1E-5
-   real(wp), parameter :: growth = 2.0_wp, shrinkage = 0.25_wp !! limits of the ratio of consecutive increments
+   real(wp), parameter :: safety = 0.7_wp !! fraction of the largest permitted turn of the tangent that an increment is planned to
+   !! use
+   real(wp), parameter :: least_part = 1.0e-6_wp !! smallest arc length over that of the first increment; with values from 1E-7 to
+   !! 1E-5 every deck in input has the same results
+   real(wp), parameter :: least_load = 1.0e-9_wp !! smallest load increment of an arc-length step over the first one: a smaller one
+   !! changes the forces by less than the default tolerance of their residual
+   real(wp), parameter :: growth = 2.0_wp, shrinkage = 0.25_wp !! largest and smallest ratio of consecutive increments
 
 contains
 
-   !> Sets the control of the first increment. Arc-length strategies begin with a load increment, from which the scale between load
-   !> and displacement follows.
+   !> Sets the control of the first increment. An arc-length strategy begins with an increment of the load factor, from which the
+   !> scale between load and displacements follows.
    subroutine start_control(problem, step, run)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -37,11 +40,11 @@ contains
          & allocate (run%control%tangent(3, problem%model%mesh%n_nodes), source=0.0_wp)
    end subroutine start_control
 
-   !> Continues with another strategy from the last accepted point, in the direction of travel. A change between arc-length
-   !> strategies changes only the constraint and keeps the increment; other strategies begin as in a new step.
+   !> Continues with another strategy from the last accepted point, in the direction of travel. If both strategies use the arc
+   !> length, only the constraint changes and the increment is kept; otherwise the strategy begins as in a new step.
    subroutine change_control(problem, step, run)
       type(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step           !! with the new strategy
+      type(step_t), intent(in) :: step           !! the step with the new strategy
       type(path_state_t), intent(inout) :: run
       real(wp) :: load
       if (is_arc_length(step%method) .and. is_arc_length(run%control%method)) then
@@ -52,23 +55,23 @@ contains
       load = run%last%tangent%load
       if (is_arc_length(step%method) .and. allocated(run%control%tangent)) deallocate (run%control%tangent)
       call start_control(problem, step, run)
-      ! Behind a limit point the load falls in the direction of travel.
+      ! Behind a limit point the load decreases in the direction of travel.
       if (run%control%method /= method_load .or. .not. abs(load) > 0.0_wp) return
       run%control%increment = sign(step%increment, load)
       run%last%tangent = path_tangent_of(problem, run, run%last)
       run%last%test_values%load_rate = run%last%tangent%load
    end subroutine change_control
 
-   !> Switches from load increments to arc length. The first load increment that displaces the structure gives the scale between
-   !> both.
+   !> Switches from load increments to arc length. The scale between load and displacements follows from the first load increment
+   !> that displaces the structure.
    subroutine begin_arc_length(problem, step, run, scaled)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      logical, intent(out) :: scaled            !! false: displacements are rounding only, and no arc length exists
+      logical, intent(out) :: scaled            !! false: the displacements are rounding only, and no arc length is defined
       real(wp) :: length, moved
       length = run%last_length
-      ! Where the path tangent has no displacements, a change between the points is only the convergence error of the last
+      ! If the path tangent has no displacements, the difference between the points is only the convergence error of the last
       ! increment.
       moved = length
       if (.not. any(abs(run%last%tangent%u) > 0.0_wp)) moved = 0.0_wp
@@ -95,32 +98,33 @@ contains
       if (allocated(step%load%closing)) may_rest = may_rest .or. any(abs(step%load%closing) > 0.0_wp)
    end function may_rest
 
-   !> Returns to load increments if nothing moves any more, for example if the load acts on a contact: the arc length then cannot
-   !> measure increments. Load increments begin with the deck's first increment and continue until something moves again.
+   !> Returns to load increments if no node moves any more, for example if the load acts directly on a contact: increments then have
+   !> no arc length. Load increments begin with the deck's first increment and continue until a node moves.
    subroutine go_by_load(step, run)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       if (.not. is_arc_length(run%control%method) .or. .not. stands_still(run%last%tangent, step%increment)) return
-      ! A structure that has hardly moved since the start of the step keeps its arc length.
+      ! A structure that has hardly moved since the start of the step keeps its arc-length increment.
       if (.not. run%control%load_scale > 0.0_wp) return
       if (stands_still(1.0_wp / run%control%load_scale, step%increment)) return
       run%control%method = method_load
       run%control%increment = sign(step%increment, run%last%tangent%load)
    end subroutine go_by_load
 
-   !> Adapts the increment by Crisfield's rule, the square root of desired over needed iterations, limited so that the path tangent
-   !> does not turn more than allowed. With contact spans about one iteration only locates the touchdown points: it is not counted,
-   !> the iteration count is fractional, so that it does not jump between meshes, and the ratio is squared.
+   !> Adapts the increment by Crisfield's rule: it is multiplied by the square root of desired over needed iterations, and limited
+   !> so that the path tangent does not turn more than allowed. With contact spans about one iteration only locates the touchdown
+   !> points. This iteration is not counted, and the count of iterations is fractional, so that it does not jump between meshes; the
+   !> ratio of iterations is then squared.
    subroutine next_increment(step, report, relation, spans, control)
       type(step_t), intent(in) :: step
       type(increment_t), intent(in) :: report   !! report of the increment just made
       type(relation_t), intent(in) :: relation  !! relation of the two ends of the increment
-      logical, intent(in) :: spans              !! contact spans: nodes moved along their rods
+      logical, intent(in) :: spans              !! true: the problem has contact spans, whose touchdown points moved
       type(control_t), intent(inout) :: control
       real(wp) :: ratio
       integer :: desired
       desired = step%desired_iterations
-      ! Modified Newton converges linearly and needs many iterations in short increments, too.
+      ! Modified Newton iteration converges linearly and needs many iterations in short increments, too.
       if (step%tangent_updates < huge(1)) desired = max(desired, (2 * step%max_iterations) / 3)
       ratio = sqrt(real(desired, wp) / max(report%iterations, 1))
       if (spans) ratio = (real(desired, wp) / max(report%effort - 1.0_wp, 1.0_wp))**2
@@ -131,19 +135,19 @@ contains
       if (abs(control%increment) > step%largest) control%increment = sign(step%largest, control%increment)
    end subroutine next_increment
 
-   !> Smallest increment that the step may try.
+   !> Smallest increment that the step may try, in the units of the controlled quantity.
    pure real(wp) function smallest(step, control)
       type(step_t), intent(in) :: step
       type(control_t), intent(in) :: control
       smallest = step%smallest
-      ! A structure that is stiff at first needs short arc lengths at the start.
+      ! A structure that is stiff at first needs short arc lengths at the start of the step.
       if (is_arc_length(control%method) .and. .not. step%smallest_given .and. control%load_scale > 0.0_wp) &
          & smallest = min(smallest, least_part * control%load_scale * abs(step%increment))
       ! The deck has no limit for the load increments at the start of an arc-length step.
-      if (is_arc_length(step%method) .and. .not. is_arc_length(control%method)) smallest = 1.0e-9_wp * abs(step%increment)
+      if (is_arc_length(step%method) .and. .not. is_arc_length(control%method)) smallest = least_load * abs(step%increment)
    end function smallest
 
-   !> Shortens the next increment of load or displacement control to end on the stop value.
+   !> Shortens the next increment of load or displacement control so that it ends at the stop value.
    subroutine shorten_to_stop(step, run)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
@@ -164,11 +168,11 @@ contains
       end do
    end subroutine shorten_to_stop
 
-   !> True if load or displacement control has arrived at its stop value, within the accuracy of the constraint. The value is
-   !> reached, not passed, so that no test value changes its sign.
+   !> True if load or displacement control has arrived at its stop value, within the accuracy of the constraint. The value is met,
+   !> not passed, so that no test value changes its sign.
    pure logical function stop_met(step, before, now)
       type(step_t), intent(in) :: step
-      type(test_values_t), intent(in) :: before, now  !! test values at the last point and at this one
+      type(test_values_t), intent(in) :: before, now  !! test values at the last accepted point and at the present point
       real(wp) :: value, from
       integer :: i
       stop_met = .false.
@@ -179,7 +183,7 @@ contains
          if (step%stop(i)%monitor > 0) value = now%monitor(step%stop(i)%monitor)
          if (step%stop(i)%monitor > 0) from = before%monitor(step%stop(i)%monitor)
          stop_met = stop_met .or. (abs(value - step%stop(i)%value) <= 1.0e-11_wp * abs(step%stop(i)%value) + &
-            & held_within(step) * abs(value - from) .and. (value > from .eqv. step%stop(i)%rising))
+            & constraint_tolerance(step) * abs(value - from) .and. (value > from .eqv. step%stop(i)%rising))
       end do
    end function stop_met
 end module step_control

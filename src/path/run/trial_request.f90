@@ -1,5 +1,6 @@
-!> Requirements of a trial increment before its end can be accepted: none, or the same increment again, shorter, on another mesh or
-!> with a smaller residual. Acceptance and contact changes return the requirements as a value, and the path follower fulfils them.
+!> What a trial increment requires before its end can be accepted: nothing, or a repetition of the increment, shorter, on another
+!> mesh or with a smaller residual. Acceptance and contact changes return the requirements as a value, and the path follower fulfils
+!> them.
 module trial_request
    use mesh_density, only: mesh_density_t
    use path_point, only: path_point_t
@@ -7,22 +8,22 @@ module trial_request
    private
    public :: request_t
 
-   !> Requirements of one trial, and results of its contact changes.
+   !> Requirements of one trial, and results of the contact changes in it.
    type :: request_t
-      ! Requirements of the last trial. The trial is not recorded: the increment is repeated from the last accepted point.
-      logical :: shorter = .false.               !! the increment is halved
-      logical :: smaller_residual = .false.      !! the iteration must end with a smaller residual
-      type(mesh_density_t), allocatable :: density(:)  !! (rod segments) density of the mesh that is needed; not allocated: the
-      !! present one is high enough
-      logical :: events_located = .false.        !! events were located between the last accepted point and the trial
-      ! Contact changes.
-      logical :: set_changed = .false.           !! the run has moved to a contact change, with the next set
+      ! Requirements of the last trial. If there are any, the trial is not recorded, and the increment is repeated from the last
+      ! point:
+      logical :: shorter = .false.               !! true: the increment must be halved
+      logical :: smaller_residual = .false.      !! true: the Newton iteration must end with a smaller residual
+      type(mesh_density_t), allocatable :: density(:) !! (rod segments) mesh density that is required; not allocated: the present
+      !! density is high enough
+      logical :: events_located = .false.        !! true: events were located between the last accepted point and the trial
+      ! Results of contact changes:
+      logical :: set_changed = .false.           !! true: the run is at a contact change, with the contact set behind the change
       type(path_point_t), allocatable :: ahead   !! equilibrium of the next set, which is the next trial; not allocated: none is known
-      character(:), allocatable :: no_set        !! reason why no next set was found; not allocated: no such failure
-      ! Kept for all trials of one increment.
-      logical :: at_last_point = .false.         !! the mesh is made for the last accepted point, not for the trial
-      type(mesh_density_t), allocatable :: density_before(:) !! (rod segments) mesh density up to the last accepted point,
-      !! before the mesh was made for the trial
+      character(:), allocatable :: no_set        !! reason why no next contact set was found; not allocated: no such failure
+      ! Kept for all trials of one increment:
+      logical :: at_last_point = .false.         !! true: the mesh is made for the last accepted point instead of the trial
+      type(mesh_density_t), allocatable :: density_before(:) !! (rod segments) mesh density before the mesh was made for the trial
    contains
       procedure :: begin_trial
       procedure :: begin_increment

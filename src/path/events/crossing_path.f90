@@ -1,7 +1,8 @@
-!> Bifurcations at which a path meets the one that it leaves on its other side: a symmetric pitchfork, at which the load of the
-!> branch has an extremum. Seen from the branch, an eigenvalue touches zero there, so that points near it are inaccurate. Along the
-!> path that is met the eigenvalue passes through zero, and all components along the null vector are zero.
-module met_path
+!> Bifurcations at which the present path crosses another path with a load extremum of its own: a symmetric pitchfork, followed
+!> along its branch. Along the branch the vanishing eigenvalue touches zero there without changing its sign, so that points near the
+!> bifurcation are inaccurate. Along the other (symmetric) path the eigenvalue passes through zero, and all displacements have no
+!> component along the null vector.
+module crossing_path
    use kinds, only: wp
    use errors, only: error_t
    use problem, only: problem_t
@@ -16,19 +17,20 @@ module met_path
    use path_point, only: path_point_t, point_at
    implicit none
    private
-   public :: locate_on_met_path
+   public :: locate_on_crossing_path
 
-   integer, parameter :: most = 6                !! interpolations
-   real(wp), parameter :: spacing = epsilon(1.0_wp)**0.2_wp !! of the samples / the whole displacement, see smooth_zero
+   integer, parameter :: most = 6                !! largest number of interpolations
+   real(wp), parameter :: spacing = epsilon(1.0_wp)**0.2_wp !! spacing of the samples over the whole displacement, see smooth_zero
 
 contains
 
-   !> Finds the zero of the eigenvalue on the path that is met, extrapolated from points on the side where there is no branch.
-   subroutine locate_on_met_path(problem, side, state, found)
+   !> Finds the bifurcation as the zero of the eigenvalue along the symmetric path, extrapolated from samples on the side of the
+   !> bifurcation without a branch.
+   subroutine locate_on_crossing_path(problem, side, state, found)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: side               !! 1 or -1: there are larger or smaller loads than on the branch
-      type(state_t), intent(inout) :: state      !! in: between two points of the branch, with hardly any component along the null
-      !! vector; out: at the bifurcation, unchanged if it is not found
+      real(wp), intent(in) :: side               !! 1 (or -1): the samples have larger (or smaller) loads than the branch
+      type(state_t), intent(inout) :: state !! in: state between two points of the branch, with hardly any component along the null
+      !! vector; out: state at the bifurcation, unchanged if it is not found
       logical, intent(out) :: found
       type(path_point_t) :: here, there
       type(state_t) :: sample(n_samples)
@@ -53,7 +55,7 @@ contains
          there = here
          do k = 1, n_samples
             plane%increment = at(k) * length
-            ! The path that is met is regular only at a distance from the bifurcation.
+            ! Newton's method converges on the symmetric path only at some distance from the bifurcation.
             if (k == 1) call apply_increment(problem, here%system, plane%increment * heading%load * response_without(problem, &
                & here%system, modes%x(:, :1)), plane%increment * heading%load, there%state)
             call correct(problem, here%state, plane, .true., there%state, there%system, report)
@@ -71,5 +73,5 @@ contains
          here = point_at(problem, here%state)
       end do
       if (found) state = here%state
-   end subroutine locate_on_met_path
-end module met_path
+   end subroutine locate_on_crossing_path
+end module crossing_path

@@ -1,5 +1,5 @@
-!> Follows the path beyond the end of a run by arc length, without recording, to verify messages about the path ahead.
-module looking_ahead
+!> Follows the path by arc length beyond the end of a run, without recording points, to verify messages about the further path.
+module unrecorded_path
    use kinds, only: wp
    use model, only: method_cylindrical
    use problem, only: problem_t
@@ -11,37 +11,36 @@ module looking_ahead
    use span_tests, only: spans_hold
    implicit none
    private
-   public :: look_t, look_from, look_on, goes_on
+   public :: unrecorded_path_t, start_unrecorded, advance_unrecorded, goes_on
 
-   integer, parameter :: most_cuts = 10        !! largest number of halvings of the increment in one look
+   integer, parameter :: most_cuts = 10        !! largest number of halvings of the increment
 
-   !> A look ahead: the state of following the path without recording.
-   type :: look_t
-      type(path_point_t) :: here               !! the last accepted point of the run, or the point reached last
+   !> Data for following the path by arc length without recording.
+   type :: unrecorded_path_t
+      type(path_point_t) :: here               !! last accepted point of the run, or the last point reached beyond it
       type(control_t) :: control               !! constraint of the increments
-      integer :: cuts = 0                      !! halvings so far
-   end type look_t
+      integer :: cuts = 0                      !! number of halvings so far
+   end type unrecorded_path_t
 
 contains
 
-   !> Begins a look at the last accepted point of the run. Its increment is the arc length of the last increment, or an estimate
-   !> from the load increment if nothing has moved yet.
-   pure function look_from(run) result(look)
+   !> Starts at the last accepted point of the run. The increment is the arc length of the run's last increment, or an estimate from
+   !> the load increment if no node has moved yet.
+   pure function start_unrecorded(run) result(look)
       type(path_state_t), intent(in) :: run
-      type(look_t) :: look
+      type(unrecorded_path_t) :: look
       look%control%method = method_cylindrical
       look%control%increment = run%last_length
       if (.not. look%control%increment > 0.0_wp) &
          & look%control%increment = abs(run%control%increment) / max(abs(run%last%tangent%load), tiny(1.0_wp))
       look%here = run%last
-   end function look_from
+   end function start_unrecorded
 
-   !> Moves the look to the next point of the path, if the corrector converges to a point on the path and the contact spans stay
-   !> valid.
-   subroutine look_on(problem, look, found)
+   !> Goes to the next point of the path, if the corrector converges to a point on the path at which the contact spans remain valid.
+   subroutine advance_unrecorded(problem, look, found)
       type(problem_t), intent(in) :: problem
-      type(look_t), intent(inout) :: look      !! its point is unchanged if none is found
-      logical, intent(out) :: found            !! true: the look has moved
+      type(unrecorded_path_t), intent(inout) :: look      !! out: at the next point; unchanged if none was found
+      logical, intent(out) :: found            !! true: a next point was found
       type(path_point_t) :: next
       type(increment_t) :: report
       found = .false.
@@ -61,19 +60,19 @@ contains
          look%control%increment = 0.5_wp * look%control%increment
       end do
       if (look%cuts > most_cuts) return
-      ! Contact changes are not followed.
+      ! Contact changes are not made.
       if (problem%has_spans()) report%converged = spans_hold(problem, next%state, next%system%force_scale)
       if (.not. report%converged) return
       found = .true.
       look%here = next
-   end subroutine look_on
+   end subroutine advance_unrecorded
 
-   !> True if an increment by arc length from the last accepted point of the run reaches another point of the path.
+   !> True if an increment by arc length from the last accepted point of the run ends at another point of the path.
    logical function goes_on(problem, run)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(look_t) :: look
-      look = look_from(run)
-      call look_on(problem, look, goes_on)
+      type(unrecorded_path_t) :: look
+      look = start_unrecorded(run)
+      call advance_unrecorded(problem, look, goes_on)
    end function goes_on
-end module looking_ahead
+end module unrecorded_path
