@@ -214,9 +214,11 @@ def test_springs_are_listed():
 
 
 @pytest.mark.parametrize("supports, part", [
-    ("", "the part with node 1 can move as a rigid body"), ("*BOUNDARY\n1, PINNED\n", "the part with node 1 can move as a rigid body"),
-    ("*BOUNDARY\n1, 1\n2, 1\n", "the part with node 1 can move as a rigid body"), ("*BOUNDARY\n1, PINNED\n2, 2\n", ""),
-    ("*BOUNDARY\n1, 1\n*GAP, NAME=FEET\n1\n2\n", ""), ("*BOUNDARY\n1, 1\n*GAP, NAME=FEET\n1\n2, 0.1\n", "can move as a rigid body")])
+    ("", "the part with node 1 can move as a rigid body: supports"),
+    ("*BOUNDARY\n1, PINNED\n", "the part with node 1 can move as a rigid body, turning about (0, 0): supports"),
+    ("*BOUNDARY\n1, 2\n3, 2\n", "the part with node 1 can move as a rigid body in x: supports"),
+    ("*BOUNDARY\n1, 1\n2, 1\n", "the part with node 1 can move as a rigid body: supports"), ("*BOUNDARY\n1, PINNED\n2, 2\n", ""),
+    ("*BOUNDARY\n1, 1\n*GAP, NAME=FEET\n1\n2\n", ""), ("*BOUNDARY\n1, 1\n*GAP, NAME=FEET\n1\n2, 0.1\n", "about (0, 0): supports")])
 def test_check_of_supports(supports, part):
     """A check says what a run would say; and a deck without steps is judged, too."""
     text = RULER.format(supports=supports, node=3)

@@ -17,9 +17,9 @@ module free_span_gap
    ! Beside a touchdown point the gap grows with a power of the distance from the point; there only local minima of the gap count.
    real(wp), parameter :: beside = 0.06_wp  !! length of this part over the length of the free span
    integer, parameter :: samples = 4        !! number of equal parts into which samples of the gap divide an element
-   !> Beside a contact the distances of samples from the contact grow by this factor until they are as far apart as the equal parts of
-   !> the element there: if the rod approaches the obstacle beside a point contact about which it rotates, the least gap is at twice
-   !> the distance of the largest gap, and samples whose distances double could miss both.
+   !> Beside a contact the distances of samples from the contact grow by this factor until the samples are as far apart as the equal
+   !> parts of the element there. If the rod approaches the obstacle beside a point contact about which it rotates, the least gap is
+   !> at twice the distance of the largest gap; samples whose distances are doubled could miss both.
    real(wp), parameter :: graded = sqrt(2.0_wp)
    real(wp), parameter :: nearest = 0.5_wp**10 !! distance of the first sample from a contact, as a part of such a part
 
@@ -113,8 +113,8 @@ contains
                if (2.0_wp * gap(i) - max(gap(i - 1), gap(i + 1)) > least) cycle
             end if
             call find_minimum(problem, state, profile, line, i, value, place)
-            ! A minimum next to a contact span may be a discretisation error: the penetration must exceed the interpolation error. So
-            ! it must, and not by rounding alone, where the gap does not rise between the contact and the minimum.
+            ! A minimum next to a contact span may be a discretisation error: the penetration must exceed the interpolation error.
+            ! Where the gap does not rise between the contact and the minimum, it must exceed this error by more than rounding.
             error = 0.0_wp
             if (place < counts(1) .or. place > counts(2)) error = doubt(problem, state, profile, line, place)
             tops = [merge(maxval(gap(:i)), huge(value), line%touches(1)), merge(maxval(gap(i:)), huge(value), line%touches(2))]

@@ -3,7 +3,7 @@ module small_dense
    use kinds, only: wp, parallel
    implicit none
    private
-   public :: solve_small, dependent_row
+   public :: solve_small, find_dependent_row
 
 contains
 
@@ -72,15 +72,19 @@ contains
       end subroutine take_off
    end subroutine solve_small
 
-   !> Index of a row of a symmetric positive semi-definite matrix that is a linear combination of other rows; 0 if the matrix is
-   !> regular. Method: elimination with diagonal pivots.
-   pure integer function dependent_row(matrix) result(p)
+   !> Finds a row of a symmetric positive semi-definite matrix that is a linear combination of the others, by elimination with
+   !> diagonal pivots.
+   pure subroutine find_dependent_row(matrix, row, null_vector)
       real(wp), intent(in) :: matrix(:, :)
-      real(wp), parameter :: tolerance = parallel**2 !! tolerance for squares of direction cosines
+      integer, intent(out) :: row                    !! index of the row; 0: the matrix is regular
+      real(wp), intent(out), optional :: null_vector(:) !! (rows) 1 at this row, with zero product with the matrix; zero if there is
+      !! no such vector, or more than one
+      real(wp), parameter :: tolerance = parallel**2 !! squares of direction cosines
       real(wp) :: a(size(matrix, 1), size(matrix, 1)), scale
       logical :: used(size(matrix, 1))
-      integer :: step, i
-      p = 0
+      integer :: order(size(matrix, 1)), n, i, p
+      row = 0
+      if (present(null_vector)) null_vector = 0.0_wp
       if (size(used) == 0) return
       a = matrix
       scale = 0.0_wp
@@ -89,19 +93,28 @@ contains
       end do
       scale = 3.0_wp * scale / size(used)
       used = .false.
-      do step = 1, size(used)
+      do n = 1, size(used)
          p = 0
          do i = 1, size(used)
             if (used(i)) cycle
             if (p == 0) p = i
             if (a(i, i) > a(p, p)) p = i
          end do
-         if (.not. a(p, p) > tolerance * scale) return
+         if (.not. a(p, p) > tolerance * scale) then
+            row = p
+            exit
+         end if
+         order(n) = p
          used(p) = .true.
          do i = 1, size(used)
             if (.not. used(i)) a(i, :) = a(i, :) - a(i, p) / a(p, p) * a(p, :)
          end do
       end do
-      p = 0
-   end function dependent_row
+      if (row == 0 .or. count(.not. used) > 1 .or. .not. present(null_vector)) return
+      null_vector(row) = 1.0_wp
+      do i = n - 1, 1, -1
+         p = order(i)
+         null_vector(p) = -dot_product(a(p, :), null_vector) / a(p, p)
+      end do
+   end subroutine find_dependent_row
 end module small_dense

@@ -8,7 +8,7 @@ module bar_check
    use problem, only: problem_t, dof
    use rod_state, only: state_t
    use tied_nodes, only: set_blocks, spread_force
-   use small_dense, only: dependent_row
+   use small_dense, only: find_dependent_row
    implicit none
    private
    public :: indeterminate_bar
@@ -61,7 +61,7 @@ contains
          end do
       end do
       gram = matmul(transpose(row), row)
-      i = dependent_row(gram)
+      call find_dependent_row(gram, i)
       if (i == 0) return
       words = 'rods that cannot stretch are statically indeterminate: supports and other rods hold the length of that with '// &
          & 'element '//to_text(problem%deck%mesh%element_label(problem%layout%rod_segment(bar(i))%element(1)))// &

@@ -3,11 +3,11 @@
 !> The check is geometric. The factored tangent cannot be used, because for a long rod its rounding error is as large as the effect
 !> of a missing support.
 module support_check
-   use kinds, only: wp
-   use text, only: to_text
+   use kinds, only: wp, parallel
+   use text, only: to_text, rounded
    use problem, only: problem_t, touching_gap
    use tied_nodes, only: turned_arm
-   use small_dense, only: dependent_row
+   use small_dense, only: find_dependent_row
    use obstacle_pose, only: pose_t, about_pivot
    use rod_state, only: state_t, node_position, pose_of, chain_gap, candidate_gap
    implicit none
@@ -30,6 +30,7 @@ contains
       type(gram_t), allocatable :: gram(:)     ! (groups)
       type(pose_t) :: pose
       integer, allocatable :: member(:), group(:), place(:)
+      real(wp), allocatable :: free(:)         ! motion without resistance: in x, in y, rotation times size, of each part
       real(wp) :: gap, normal(2), bend, arm(2), value(2)
       integer :: node, c, i, k, loose
       member = parts(problem)
@@ -81,7 +82,8 @@ contains
       end do
       part = ''
       do k = 1, size(gram)
-         loose = dependent_row(gram(k)%of)
+         free = gram(k)%of(:, 1)
+         call find_dependent_row(gram(k)%of, loose, free)
          if (loose == 0) cycle
          ! The message names the first node of the part that can move without resistance.
          node = findloc(group(member) == k .and. place(member) == (loose + 2) / 3, .true., 1)
@@ -92,7 +94,7 @@ contains
          end if
          part = 'the part with node '//to_text(problem%model%mesh%node_label(node))//' can move '
          if (count(group == k) == 1) then
-            part = part//'as a rigid body'
+            part = part//'as a rigid body'//motion_words(free, problem%size)
          else
             part = part//'without resistance: it and what is joined to it are a mechanism'
          end if
@@ -132,6 +134,39 @@ contains
          end associate
       end subroutine add
    end function movable_part
+
+   !> Words for a rigid-body motion: its direction, or the place about which the structure turns; '' if the motion is zero.
+   function motion_words(free, length) result(words)
+      real(wp), intent(in) :: free(3)          !! translation in x and y of the place at the origin, rotation times length
+      real(wp), intent(in) :: length           !! size of the structure
+      character(:), allocatable :: words
+      real(wp) :: share(3), place(2)
+      words = ''
+      if (.not. any(abs(free) > 0.0_wp)) return
+      share = free / maxval(abs(free))
+      where (abs(share) <= parallel) share = 0.0_wp
+      if (abs(share(3)) > 0.0_wp) then
+         place = length / share(3) * [-share(2), share(1)]
+         ! Without the sign of a zero.
+         where (.not. abs(place) > 0.0_wp) place = 0.0_wp
+         words = ', turning about '//pair(place(1), place(2))
+      else if (.not. abs(share(2)) > 0.0_wp) then
+         words = ' in x'
+      else if (.not. abs(share(1)) > 0.0_wp) then
+         words = ' in y'
+      else
+         words = ' along '//pair(share(1), share(2))
+      end if
+
+   contains
+
+      !> Two numbers in brackets, to three digits.
+      function pair(x, y) result(text)
+         real(wp), intent(in) :: x, y
+         character(:), allocatable :: text
+         text = '('//rounded(x)//', '//rounded(y)//')'
+      end function pair
+   end function motion_words
 
    !> Finds the groups of parts that joints connect, and the index of each part in its group.
    subroutine group_parts(problem, member, group, place)

@@ -51,10 +51,11 @@ contains
       if (.not. (finished .or. allocated(outcome%why))) call check_return(problem, step, run, outcome)
    end subroutine find_other_set
 
-   !> Continues from the run's point, a recorded change of contact, with the set that trials found there, at an equilibrium from
-   !> which increments can go on. This equilibrium is not recorded; if a value that the deck asks for lies on the way, it is moved
-   !> nearer. Where the path leads to it from an equilibrium nearer to the change, the path goes on from that one, and it is the next
-   !> trial, so that events between both are located like those on any increment.
+   !> Continues from the run's point, a recorded change of contact, with the set that trials found there. The path goes on from an
+   !> equilibrium of this set from which increments can be made; this equilibrium is not recorded, and it is moved nearer if a value
+   !> that the deck asks for lies on the way. Where the path leads to it from an equilibrium nearer to the change, the path goes on
+   !> from the nearer one instead, and the other one is the next trial: events between both are then located like those on any
+   !> increment.
    subroutine begin_located(problem, step, run, test, first, next, recorder, request, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -85,9 +86,9 @@ contains
       if (run%since_change%shrunk) run%last%test_values%negative_pivots = pivots
    end subroutine begin_located
 
-   !> Moves the run to the nearest equilibrium of a set on the mesh of another equilibrium of this set, if the path leads from one to
-   !> the other. Nothing changes if it does not: near its begin a contact or free span may grow with a power of the load, so that the
-   !> path turns too fast for an increment.
+   !> Moves the run to the nearest equilibrium of a set, on the mesh of another equilibrium of this set, if the path leads from one
+   !> to the other. Otherwise nothing changes: a contact or free span may begin to grow with a power of the load, and the path then
+   !> turns too fast for an increment.
    subroutine begin_nearer(problem, step, run, first, next, request, leads)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step

@@ -86,8 +86,8 @@ module neighbours
    !! uniformly pressed line contact
    real(wp), parameter :: parts(2, 2) = reshape([1.0_wp, turned, turned, 1.0_wp], [2, 2]) !! parts of an opening span on both sides
    !! of a node that a couple lifts
-   real(wp), parameter :: at_boundary_sizes(3) = [1.0_wp, 4.0_wp, 16.0_wp] !! sizes of a span at a segment boundary / least size of a
-   !! new span: the end of a line jumps the farther, the larger the force or couple is
+   real(wp), parameter :: at_boundary_sizes(3) = [1.0_wp, 4.0_wp, 16.0_wp] !! sizes of a span at a segment boundary, as multiples of
+   !! the least size of a new span: the end of a line jumps the farther, the larger the force or couple at the boundary is
    real(wp), parameter :: at_load_beyond = 256.0_wp !! first guess for the size of such a span at the end of the increment / least
    !! size of a new span
 

@@ -29,8 +29,8 @@ module attempt
       type(corner_t) :: corner                   !! corner of the path between the point and the trial, if one is predicted
       logical :: off_path = .false.                !! true: the trial is in equilibrium, but not on the path ahead of the point
       logical :: begins = .false.                !! true: with this increment contact at nodes becomes contact spans
-      logical :: has_trial = .false.             !! true: the next trial is already in equilibrium: transferred from another mesh, or
-      !! found behind a change of contact
+      logical :: has_trial = .false.             !! true: the next trial is already in equilibrium, because it was transferred from
+      !! another mesh or found behind a change of contact
       real(wp) :: planned = 0.0_wp               !! increment planned before a change of contact gave the trial; 0: the trial's own
       logical :: finished = .false.              !! true: the step ended at an event within the increment
       ! Counters:

@@ -11,6 +11,7 @@ module start_support
    public :: why_unstable, why_deck_unstable, unheld
 
    character(*), parameter :: unheld = 'supports and touching obstacles do not hold the structure'
+   character(*), parameter :: remedy = ' (*BOUNDARY or *SPRING can, or an obstacle that it touches from the start)'
 
 contains
 
@@ -22,7 +23,7 @@ contains
       character(:), allocatable :: why
       why = movable_part(problem, state)
       if (why /= '') then
-         why = why//': '//unheld
+         why = why//': '//unheld//remedy
       else
          why = indeterminate_bar(problem, state)
       end if

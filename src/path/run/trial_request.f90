@@ -19,7 +19,8 @@ module trial_request
       logical :: events_located = .false.        !! true: events were located between the last accepted point and the trial
       ! Results of contact changes:
       logical :: set_changed = .false.           !! true: the run is at a contact change, with the contact set behind the change
-      type(path_point_t), allocatable :: ahead   !! equilibrium of the next set, which is the next trial; not allocated: none is known
+      type(path_point_t), allocatable :: ahead   !! equilibrium of the next contact set, which is the next trial; not allocated: no
+      !! such equilibrium is known
       character(:), allocatable :: no_set        !! reason why no next contact set was found; not allocated: no such failure
       ! Kept for all trials of one increment:
       logical :: at_last_point = .false.         !! true: the mesh is made for the last accepted point instead of the trial
