@@ -258,6 +258,7 @@ LOAD, ABOVE, 1000.
 """
 
 
+@dr.release_only
 def test_waves_shorter_than_elements():
     """A rod on its obstacle needs no short elements: several waves of its stress-free shape lie on one, and the pressure has as many
     minima. With five places of each of six elements the last spans closed at 628.2, 713.4, 731.0 and 829.4, two of them together."""

@@ -331,7 +331,8 @@ def test_a_line_that_little_presses_leaves_at_once():
         slope = np.array([(misfit(x + dx) - f) / dx.sum() for dx in np.diag(1e-6 * x)]).T
         x = x - np.linalg.solve(slope, f)
     end = elastica(load, *x)
-    assert np.max(np.abs(misfit(x))) < 1e-9 and abs(end[3]) < 1e-2
+    # The iteration ends at 1e-9 of the forces, and the extrapolation to no lift multiplies this by 2 + 1.
+    assert np.max(np.abs(misfit(x))) < 3e-9 and abs(end[3]) < 1e-2
     tail = (0.5 - x[0]) * (1.0 - load / 1e6)
     dr.assert_close(2.0 * x[1], up, relative=1e-5)
     dr.assert_close(1.0 - 2.0 * (end[0] + tail), shortening, relative=1e-5)

@@ -253,6 +253,9 @@ contains
       at = so_far + fixed
       a = metric(problem, line, line) + weight
       b = metric(problem, at, line) + weight * dl
+      ! If the load moves no rod, the circle does not determine the load factor, which the row above keeps.
+      rhs = 0.0_wp
+      if (.not. a > 0.0_wp) return
       c = metric(problem, at, at) + weight * dl**2 - control%increment**2
       discriminant = b**2 - a * c
       root = -b / a
