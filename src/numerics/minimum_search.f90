@@ -41,7 +41,8 @@ contains
       search%next = last - golden * (last - first)
       search%place = search%next
       search%other = search%next
-      search%shortest = accuracy * (last - first)
+      ! A shorter step than the spacing of the numbers at these places would end where it began.
+      search%shortest = max(accuracy * (last - first), 2.0_wp * spacing(max(abs(first), abs(last))))
    end subroutine begin
 
    !> True while another function value is needed, at `place`; at the end of the search `place` is the position of the minimum.
