@@ -8,7 +8,7 @@
 !>   mesh, step    mesh density from the errors of the point; next increment (go_to_next_increment)
 module path_follower
    use kinds, only: wp
-   use model, only: step_t, method_generalised
+   use model, only: step_t, method_generalised, method_displacement
    use problem, only: problem_t
    use path_control, only: is_arc_length, set_tangent
    use path_point, only: path_point_t
@@ -24,6 +24,7 @@ module path_follower
    use path_outcome, only: outcome_t, must_end
    use span_changes, only: pass_change
    use minima_of_tests, only: note_slopes
+   use missing_equilibrium, only: why_no_equilibrium
    use span_mesh, only: renew_mesh, coarsen_mesh
    use path_record, only: recorder_t
    use timing, only: count_up, counter_cut
@@ -69,6 +70,7 @@ contains
       end do
       outcome%dead_end = allocated(outcome%why) .and. outcome%deck_line == 0 .and. .not. (outcome%turns .or. outcome%home .or. &
          & outcome%wrong .or. outcome%used_up .or. outcome%ended)
+      if (outcome%dead_end .or. outcome%wrong) call explain_end()
       if (.not. outcome%ended) call report_turned_load(problem, step, run, recorder, outcome)
       call save_run(problem, run, attempt, recorder, outcome, .true.)
 
@@ -81,6 +83,19 @@ contains
          outcome%used_up = size(step%stop) > 0
          if (outcome%used_up) outcome%why = 'the allowed number of points was used up before the stop condition'
       end function points_used_up
+
+      !> Puts the reason why no equilibrium exists ahead, if one is found, in front of the reason of the end. The search goes as far
+      !> as the step's first increment.
+      subroutine explain_end()
+         character(:), allocatable :: cause
+         associate (last => run%last)
+            cause = why_no_equilibrium(problem, last%state, last%system%force_scale, last%state%load_factor + merge(0.0_wp, &
+               & sign(step%increment, last%tangent%load), step%method == method_displacement))
+         end associate
+         if (cause == '') return
+         outcome%dead_end = .false.
+         outcome%why = cause//': '//outcome%why
+      end subroutine explain_end
 
       !> Makes a contact change at the last accepted point, if remeshing has moved the change to a position before this point.
       subroutine catch_up()
