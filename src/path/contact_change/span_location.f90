@@ -140,10 +140,12 @@ contains
       type(division_t) :: division
       type(bracket_t) :: bracket
       real(wp) :: f, fraction
+      found = .false.
       division = new_division(problem, run, interval%to, .false.)
+      ! An interval whose ends coincide, at a change that remeshing has moved behind the last point, has no points inside.
+      if (.not. (division%length > 0.0_wp .or. abs(interval%to%state%load_factor - run%last%state%load_factor) > 0.0_wp)) return
       ! The place is located just before the zero, because the contact set is not valid beyond the zero.
       bracket = new_bracket(interval%before(change%which)%value - tolerance, interval%after(change%which)%value - tolerance)
-      found = .false.
       do while (next_guess(bracket, epsilon(f), fraction))
          call point_within(problem, run, interval%to, division, fraction, .false., .true., change%point, change%report)
          if (.not. change%report%converged) return

@@ -1,5 +1,6 @@
 !> Reasons why a path ends because no equilibrium exists ahead, whatever the method: the last contact that holds the structure
-!> ends, or a rigid obstacle reaches a node that supports hold. They explain the end of a path; no point depends on them.
+!> ends, a rigid obstacle reaches a node that supports hold, or two rigid obstacles pinch the rod. They explain the end of a path; no
+!> point depends on them.
 module missing_equilibrium
    use kinds, only: wp, parallel
    use text, only: to_text
@@ -26,6 +27,7 @@ contains
       character(:), allocatable :: why
       why = without_ending_contacts(problem, state, force_scale)
       if (why == '') why = at_reached_support(problem, state, ahead)
+      if (why == '') why = in_closing_room(problem, state, ahead)
    end function why_no_equilibrium
 
    !> Says how the structure can move if the contacts whose force is zero at a point are taken away; '' if it cannot, or if it can
@@ -63,9 +65,7 @@ contains
                node = problem%mesh_node(contact%node(i))
                if (node == 0) cycle
                obstacle = obstacle_of(contact, spread(contact%node(i), 1, 2))
-               associate (o => problem%model%obstacle(obstacle))
-                  if (o%carrier > 0 .or. o%bilateral .or. o%at_nodes .or. .not. o%rigid) cycle
-               end associate
+               if (.not. is_rigid_body(problem, obstacle)) cycle
                if (.not. overlaps(ahead) .or. overlaps(0.0_wp)) cycle
                open = 0.0_wp
                closed = ahead
@@ -86,35 +86,73 @@ contains
 
    contains
 
-      !> True if the held node is behind the obstacle at a load factor.
+      !> True if the held node is behind the obstacle at a load factor. Supports may move it.
       logical function overlaps(load_factor)
          real(wp), intent(in) :: load_factor
-         real(wp) :: gap, normal(2)
-         call held_gap(problem, state, k, node, obstacle, load_factor, gap, normal)
+         real(wp) :: place(2), gap, normal(2)
+         place = node_position(state, node)
+         where (problem%model%fixed(1:2, node)) place = place + (load_factor - state%load_factor) * &
+            & problem%model%step(problem%step)%load%displacement(1:2, node)
+         call gap_ahead(problem, state, k, obstacle, load_factor, place, gap, normal)
          overlaps = gap < -rounding_gap(problem) .and. all(problem%model%fixed(1:2, node) .or. abs(normal) <= parallel)
       end function overlaps
    end function at_reached_support
 
-   !> Gap of a node, and its direction, at a load factor if the node has no other displacements than those of its supports.
-   subroutine held_gap(problem, state, contact, node, obstacle, load_factor, gap, normal)
+   !> Names two rigid obstacles that touch the rods from opposite sides at a place where they leave no room at load factor `ahead`;
+   !> '' if there are none. The forces grow without bound as their contacts come to the same place.
+   function in_closing_room(problem, state, ahead) result(why)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: ahead
+      character(:), allocatable :: why
+      real(wp) :: gaps(2), normals(2, 2)
+      integer :: c, d
+      why = ''
+      associate (list => problem%candidates)
+         do c = 1, list%n
+            if (.not. (state%active(c) .and. is_rigid_body(problem, list%obstacle(c)))) cycle
+            associate (place => node_position(state, list%node(c)))
+               call gap_ahead(problem, state, list%contact(c), list%obstacle(c), ahead, place, gaps(1), normals(:, 1))
+               do d = 1, c - 1
+                  if (.not. (state%active(d) .and. is_rigid_body(problem, list%obstacle(d)))) cycle
+                  if (list%obstacle(c) == list%obstacle(d)) cycle
+                  call gap_ahead(problem, state, list%contact(d), list%obstacle(d), ahead, place, gaps(2), normals(:, 2))
+                  if (dot_product(normals(:, 1), normals(:, 2)) >= 0.0_wp .or. sum(gaps) >= -rounding_gap(problem)) cycle
+                  why = 'obstacles '//trim(problem%model%obstacle(list%obstacle(d))%name)//' and '// &
+                     & trim(problem%model%obstacle(list%obstacle(c))%name)//' pinch the rod from both sides'
+                  return
+               end do
+            end associate
+         end do
+      end associate
+   end function in_closing_room
+
+   !> True if an obstacle is a rigid body that pushes rods only and that no node carries.
+   pure logical function is_rigid_body(problem, obstacle)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: obstacle
+      associate (o => problem%model%obstacle(obstacle))
+         is_rigid_body = o%rigid .and. .not. (o%bilateral .or. o%at_nodes .or. o%carrier > 0)
+      end associate
+   end function is_rigid_body
+
+   !> Gap of a place to the obstacle of a contact at a load factor, and its direction.
+   subroutine gap_ahead(problem, state, contact, obstacle, load_factor, place, gap, normal)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact             !! index into deck%contact
-      integer, intent(in) :: node                !! node of the mesh
       integer, intent(in) :: obstacle
       real(wp), intent(in) :: load_factor
+      real(wp), intent(in) :: place(2)
       real(wp), intent(out) :: gap, normal(2)
       type(state_t) :: there
       type(pose_t) :: pose
-      real(wp) :: x(2), bend
+      real(wp) :: bend
       there = state
       there%load_factor = load_factor
       pose = pose_of(problem, there, obstacle)
-      x = node_position(state, node)
-      where (problem%model%fixed(1:2, node)) x = x + (load_factor - state%load_factor) * &
-         & problem%model%step(problem%step)%load%displacement(1:2, node)
-      call obstacle_gap(problem%model%obstacle(obstacle), pose%own_place(x), gap, normal, bend)
+      call obstacle_gap(problem%model%obstacle(obstacle), pose%own_place(place), gap, normal, bend)
       normal = pose%direction(normal)
       gap = gap + obstacle_offset(problem, there, obstacle, problem%deck%contact(contact)%gap, problem%overlap(contact))
-   end subroutine held_gap
+   end subroutine gap_ahead
 end module missing_equilibrium
