@@ -93,6 +93,21 @@ def test_halves_buckle_as_the_line_between_them_vanishes(gap, mesh):
     assert np.all(np.diff(load[at:]) > -1e-7) and last.load_factor > 4.5
 
 
+@pytest.mark.parametrize("gap", [0.005, 0.02, 0.05])
+@pytest.mark.parametrize("part", [0.01, 0.002])
+def test_lines_much_shorter_than_elements(gap, part):
+    """The smaller the imperfection, the shorter the line between the halves: its longest length is b/(4 pi), here 4e-5 to 2e-4 of the
+    column, and where it vanishes both halves buckle."""
+    run = column(gap, f"{part * gap!r}, 0.", "1E-6", stop=0.03)
+    assert events(run) == ["C+", "BP", "EP"]
+    buckles = run.only("BP")
+    dr.assert_close(buckles.load_factor, 4.0, relative=math.pi**2 * gap**2 + 4.0 * PCR / EA + buckles.error / 4.0)
+    contact = run.results.contact
+    b = 2.0 * math.pi * part / (24.0 * (1.0 + part / 3.0))
+    length = (contact.end[:, 0] - contact.start[:, 0])[run.only("C+").point:]
+    assert 0.0 < length.max() <= 1.05 * b / (4.0 * math.pi)
+
+
 @pytest.mark.parametrize("gap, mesh, largest", [(0.0005, "1E-4", 2.5e-4), (0.0005, "1E-6", 2.5e-4), (0.0005, "1E-5", 1e-3),
                                                 (0.05, "1E-6", 0.025)])
 @pytest.mark.parametrize("between", [False, True])

@@ -122,3 +122,109 @@ def test_no_method_that_leads_nowhere():
         "*STOP", "*CONTROLS, ITERATIONS=1, DESIRED=1\n*STOP")
     run = dr.run_deck(text, code=2)
     assert run.results.n_points == 1 and "METHOD" not in run.stderr, run.stderr
+
+
+# A rod on a floor, which a force at a node lifts; its weight is 1.
+LIFTED = """*HEADING
+Rod lifted off its floor
+*NODE
+1, 0., 0.
+2, 0.5, 0.
+3, 1., 0.
+*LINE, ELSET=ROD, NSET=ROD
+1, 2
+2, 3
+*BEAM SECTION, ELSET=ROD, SECTION=STIFFNESS
+1e6, 100.
+*BOUNDARY
+1, 1
+*OBSTACLE, NAME=FLOOR, TYPE=LINE
+-1., 0., 2., 0.
+*CONTACT, OBSTACLE=FLOOR, NSET=ROD
+*STEP
+*STATIC, METHOD=LOAD
+0.5
+*DLOAD
+ROD, PY, -1.
+*END STEP
+*STEP
+*STATIC, METHOD=LOAD
+0.1
+*CLOAD
+2, 2, 2.
+*END STEP
+"""
+
+
+def test_the_last_contact_ends():
+    """The rod flies from where the force is its weight; no other method follows it."""
+    run = dr.run_deck(LIFTED, code=2)
+    assert "stopped: the contact that holds the structure ends: the part with node 1 can move as a rigid body" in run.stderr
+    assert "was not tried" not in run.stderr
+    dr.assert_close(run.labelled("C-")[-1].load_factor, 0.5, relative=1e-6)
+
+
+# A clamped ring in a cavity that becomes smaller: node 1 cannot follow it.
+SHRINKS = """*HEADING
+Clamped ring in a cavity that shrinks
+*NODE
+1, 0., -1.
+2, 0., 1.
+*ARC, ELSET=RING, NSET=RING, DIRECTION=ANTICLOCKWISE
+1, 2, 0., 0.
+2, 1, 0., 0.
+*BEAM SECTION, ELSET=RING, SECTION=STIFFNESS
+1e5, 1.
+*BOUNDARY
+1, ENCASTRE
+*OBSTACLE, NAME=CAVITY, TYPE=CIRCLE, SIDE=INSIDE
+0., 0., 1.
+*CONTACT, OBSTACLE=CAVITY, NSET=RING, GAP=0.002
+*STEP
+*STATIC, METHOD=LOAD
+0.1
+*CONTACT INTERFERENCE
+CAVITY, 0.01
+*END STEP
+"""
+
+
+def test_an_obstacle_reaches_a_support():
+    """The cavity is 0.002 away from the held node, and comes by 0.01 to it."""
+    run = dr.run_deck(SHRINKS, code=2)
+    found = re.search(r"stopped: obstacle CAVITY reaches node 1, which supports hold, at load factor ([0-9.]+)", run.stderr)
+    assert found and "was not tried" not in run.stderr
+    dr.assert_close(float(found[1]), 0.2, relative=1e-5)
+
+
+# A cantilever under a disc; a table lifts it until no room is left between both.
+PINCHED = """*HEADING
+Cantilever between a disc and a table
+*NODE
+1, 0., 0.
+2, 1., 0.
+*LINE, ELSET=ROD, NSET=ROD
+1, 2
+*BEAM SECTION, ELSET=ROD, SECTION=STIFFNESS
+1e5, 1.
+*BOUNDARY
+1, ENCASTRE
+*OBSTACLE, NAME=OVER, TYPE=CIRCLE, SIDE=OUTSIDE
+0.6, 0.51, 0.5
+*OBSTACLE, NAME=UNDER, TYPE=CIRCLE, SIDE=OUTSIDE
+0.6, -0.51, 0.5
+*CONTACT, OBSTACLE=OVER, NSET=ROD
+*CONTACT, OBSTACLE=UNDER, NSET=ROD
+*STEP
+*STATIC, METHOD=LOAD
+0.1
+*OBSTACLE MOTION
+UNDER, 0., 0.05
+*END STEP
+"""
+
+
+def test_two_obstacles_pinch_a_rod():
+    run = dr.run_deck(PINCHED, code=2)
+    assert re.search("stopped: obstacles (OVER and UNDER|UNDER and OVER) pinch the rod from both sides", run.stderr)
+    assert "was not tried" not in run.stderr

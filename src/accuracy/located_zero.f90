@@ -10,8 +10,7 @@ module located_zero
    use path_events, only: event_t, new_test_values, event_value, event_bifurcation, event_limit
    use test_kinds, only: span_test_t, test_length, test_crossing, test_couple
    use breakpoint_forces, only: breakpoint_couple
-   use span_tests, only: run_span_tests
-   use contact_spans, only: shortest
+   use span_tests, only: run_span_tests, least_length
    use ground_events, only: ground_event_place, ground_event_gap
    use ground_segments, only: gap_in_state
    use element_gap, only: element_gap_t, gap_value, gap_and_gradient
@@ -128,8 +127,7 @@ contains
       tests = run_span_tests(problem, state, max(system%force_scale, tiny(left)), 0)
       if (size(tests) < zero%test) return
       associate (test => tests(zero%test))
-         if (any(test%kind == [test_length, test_crossing])) left = shortest * &
-            & problem%layout%rod_segment(test%rod_segment)%length / problem%size
+         if (any(test%kind == [test_length, test_crossing])) left = least_length(problem, test) / problem%size
       end associate
    end function left_of_zero
 

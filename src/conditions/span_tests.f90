@@ -11,14 +11,14 @@ module span_tests
    use free_span_gap, only: least_gap
    use rod_profile, only: profile_t
    use line_pressure, only: least_pressure
-   use contact_spans, only: contact_span_t, shortest
+   use contact_spans, only: contact_span_t, shortest, shortest_line
    use span_candidates, only: present_contact_spans
    use test_kinds, only: span_test_t, any_fails, test_slack, well_below, test_gap, test_curvature, test_pressure, test_length, &
       & test_vanishing, test_crossing
    use point_tests, only: tests_of_points
    implicit none
    private
-   public :: run_span_tests, spans_hold
+   public :: run_span_tests, spans_hold, least_length
 
    !> A part of a rod segment without contact.
    type :: free_span_t
@@ -175,10 +175,21 @@ contains
          type(span_test_t), intent(in) :: new
          real(wp), intent(in) :: ends(2)
          test = new
-         test%value = (ends(2) - ends(1) - shortest * problem%layout%rod_segment(test%rod_segment)%length) / problem%size
+         test%value = (ends(2) - ends(1) - least_length(problem, test)) / problem%size
          tests = [tests, test]
       end subroutine add
    end function length_tests
+
+   !> Length at which the test of a length is zero: a line contact whose ends lie inside a rod segment is a point contact if it is
+   !> shorter; a free span, or a line contact beside a segment boundary, is then gone.
+   pure elemental real(wp) function least_length(problem, test) result(least)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: test      !! of kind test_length or test_crossing
+      logical :: inside
+      inside = test%kind == test_length
+      if (inside) inside = all(problem%candidates%moves(problem%contact_span(test%contact_span)%candidate))
+      least = merge(shortest_line, shortest, inside) * problem%layout%rod_segment(test%rod_segment)%length
+   end function least_length
 
    !> Tests of pressures: the least density along each line contact.
    function pressure_tests(problem, state, scale, valued) result(tests)

@@ -6,7 +6,7 @@
 module rod_strips
    use kinds, only: wp
    use rod_layout, only: layout_t
-   use contact_spans, only: contact_span_t, sort_contact_spans, line_share
+   use contact_spans, only: contact_span_t, sort_contact_spans, shortest_line, line_share
    implicit none
    private
    public :: strip_t, find_strips, on_strips, on_segments, strip_place, brought_near, coincide
@@ -166,7 +166,9 @@ contains
                   associate (length => on%start(i + 1) - on%start(i))
                      piece%at = min(max(set(k)%at - start, 0.0_wp), length)
                      if (set(k)%line) then
-                        if (piece%at(2) - piece%at(1) < line_share * length) cycle
+                        ! A short line contact may be long enough as a whole; a piece of a longer one may not.
+                        if (piece%at(2) - piece%at(1) < merge(line_share, shortest_line, set(k)%at(2) - set(k)%at(1) >= &
+                           & line_share * length) * length) cycle
                      else
                         if (set(k)%at(1) < start .or. set(k)%at(1) > start + length .or. n > 0) cycle
                         if (.not. covered(piece%rod_segment, piece%contact)) cycle

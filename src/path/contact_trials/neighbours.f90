@@ -79,7 +79,7 @@ module neighbours
    ! differs inside a line contact, at its end, and at a load.
    real(wp), parameter :: zones(3) = [1.0_wp, 0.5_wp, 2.0_wp]
    ! Shortest new spans / length within which contacts are edited:
-   real(wp), parameter :: least_line = 0.1_wp !! line contact whose pressure is resolved
+   real(wp), parameter :: least_length = 0.1_wp !! contact or free span in general
    real(wp), parameter :: least_gap = 0.2_wp  !! free span between two point contacts whose gap is resolved
    real(wp), parameter :: behind = 0.1_wp     !! first guess for a free span across a boundary: length behind / before the boundary
    real(wp), parameter :: turned = 2.0_wp - sqrt(3.0_wp) !! ratio of the lengths on both sides of a node that a couple lifts from a
@@ -124,17 +124,16 @@ contains
 
    contains
 
-      !> False if the mesh does not resolve what is new: the pressure of a very short line contact, or the gap of a short free span
-      !> between two points, which is smaller than its slack. A point contact may leave a boundary by any distance, and a line
-      !> contact may open over any length.
+      !> False if the mesh does not resolve what is new: the gap of a short free span between two points, which is smaller than its
+      !> slack, or a short contact or free span of another kind. A line contact that begins inside a segment may be as short as any.
       pure logical function resolved(one)
          type(neighbour_t), intent(in) :: one
          real(wp) :: least
          resolved = size(length_of_new) == 1 .or. maxval(one%held) == 0
          if (resolved) return
-         least = least_line
-         if (any(one%edit == [edit_open, edit_end_off, edit_rise])) least = 0.0_wp
-         if (any(one%edit == [edit_part, edit_leave])) least = merge(least_gap, 0.0_wp, size(one%set) > size(set))
+         least = least_length
+         if (one%edit == edit_spread .and. minval(one%held) > 0) least = 0.0_wp
+         if (any(one%edit == [edit_part, edit_leave]) .and. size(one%set) > size(set)) least = least_gap
          resolved = length_of_new(one%length) >= least * min(near, doubt%room)
       end function resolved
 

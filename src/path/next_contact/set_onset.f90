@@ -6,7 +6,7 @@ module set_onset
    use problem, only: problem_t, rounding_gap
    use next_spans, only: next_t, copy_next, go_to_load
    use test_kinds, only: span_test_t, any_fails, test_length, test_crossing
-   use contact_spans, only: shortest
+   use span_tests, only: least_length
    use converged_state, only: contact_holds
    use span_events, only: find_change
    use contact_change_types, only: step_interval_t, change_t, new_interval, change_located, place_within
@@ -24,7 +24,7 @@ module set_onset
    real(wp), parameter :: exact = 1.0e-3_wp      !! tolerance of an onset, sought over many increments / that of an event on one
    integer, parameter :: most_halvings = 20     !! halvings of the load interval
    real(wp), parameter :: shorter = 0.1_wp      !! least length of a new contact or free span at its onset, as a share of the least
-   !! length elsewhere (contact_spans%shortest)
+   !! length elsewhere (least_length)
 
 contains
 
@@ -135,7 +135,7 @@ contains
          end if
          if (holds) then
             where (tests%kind == test_length .or. tests%kind == test_crossing) tests%value = tests%value + (1.0_wp - shorter) * &
-               & shortest * minval(next%problem%layout%rod_segment%length) / next%problem%size
+               & least_length(next%problem, tests) / next%problem%size
             holds = .not. any_fails(tests) .and. contact_holds(there%problem, there%state, there%system)
          end if
          if (holds) call copy_next(there, next)
