@@ -133,34 +133,85 @@ def printed(lines):
     return [f"      write (unit, '(a)') {quoted(line)}" for line in lines]
 
 
-def item_call(row, siblings):
-    words = row["constant"] or quoted("|".join(row["words"]))
+def text(value, room):
+    """A constant of the table; `room` is the length of its component in card_spec."""
+    if len(value) > room:
+        sys.exit(f"{value!r} is longer than the {room} characters that card_spec has for it")
+    return quoted(value)
+
+
+def names_of(rows):
+    return text("|".join(row["name"] for row in rows), 160)
+
+
+def item_entry(row, siblings):
+    words = row["constant"] or text("|".join(row["words"]), 160)
     times = 1 + [other["name"] for other in siblings].index(row["times"]) if row["times"] else 0
-    return (f"      call add_item(t, {quoted(row['name'])}, {KINDS[row['kind']]}, .{str(row['required']).lower()}., {quoted(row['default'])}, {words}, "
-            f"{quoted(row['only'])}, {BOUNDS[row['bound']]}, {row['most'] or 'usual_most'}, {times}, {quoted(row['meaning'])})")
+    return (f"item_t({text(row['name'], 24)}, {KINDS[row['kind']]}, .{str(row['required']).lower()}., {text(row['default'], 24)}, {words}, "
+            f"{text(row['only'], 80)}, {BOUNDS[row['bound']]}, {row['most'] or 'usual_most'}, {times})")
+
+
+def entries(cards):
+    """Entries of the table: cards, layouts and items. Items of one list stand one behind the other."""
+    table, layouts, items = [], [], []
+    for card in cards:
+        rows, first_layout = card["parameters"], len(layouts) + 1
+        first = len(items) + 1
+        items += [item_entry(row, rows) for row in rows]
+        table.append(f"card_spec_t({text(card['keyword'], 24)}, {quoted(card['keyword'].replace(' ', ''))}, {PARTS[card['where']]}, "
+                     f".{str(card['once']).lower()}., .{str(card['free_text']).lower()}., {text(card['follows'], 24)}, "
+                     f"{first}, {len(items)}, {first_layout}, {len(layouts) + len(card['lines'])}, {names_of(rows)})")
+        for layout in card["lines"]:
+            rows, first = layout["fields"], len(items) + 1
+            items += [item_entry(row, rows) for row in rows]
+            layouts.append(f"layout_t({text(layout['when'], 80)}, {layout['least']}, {layout.get('most', 'many_lines')}, "
+                           f".{str(layout['last_repeats']).lower()}., {first}, {len(items)}, {names_of(rows)})")
+    return {"card_spec_t cards": table, "layout_t layouts": layouts, "item_t items": items}
+
+
+def topics(cards, foreign):
+    """Words about which `--help` has a line, what stands before and behind the word as typed, and whether decks have the word."""
+    for card in cards:
+        place = f"*{card['keyword']}, "
+        for row in card["parameters"]:
+            yield [row["name"], *row["words"]], f"{place}{row['name']}: {row['meaning']}", None
+        for row in (row for layout in card["lines"] for row in layout["fields"]):
+            yield row["words"], f"{place}field {row['name']}: {row['meaning']}", None
+    for kind in ("card", "parameter", "value"):
+        for what, owner, words, answer in foreign:
+            if what == kind:
+                before = {"card": "*", "parameter": f"*{owner}, " if owner else "", "value": f"{owner} "}[kind]
+                yield words.split("|"), before, ": " + answer[2:]
 
 
 def module(cards, foreign):
     """Lines of the Fortran module."""
+    table, lines = entries(cards), list(topics(cards, foreign))
     yield from ("!> The cards of src/deck/cards.txt: entries of the table, and the reference. Made by .cmake/make_cards.py.", "module card_table",
-                "   use card_spec", "   use text, only: word_index", "   use model, only: method_words, parameter_words", "   implicit none", "   private",
-                "   public :: all_cards, cards_of, write_card, write_card_manual, write_card_json, foreign_answer", "contains", "   !> The whole table, in the order of the manual.",
-                "   pure function all_cards() result(table)", "      type(card_spec_t), allocatable :: table(:)", "      table = cards_of('')",
-                "   end function all_cards", "   !> The part of the table with some cards only: a run needs few of them.", "   pure function cards_of(keys) result(table)",
-                "      character(*), intent(in) :: keys !! keywords in capitals without blanks, between bars, with a bar at both ends; '': all cards",
-                "      type(card_spec_t), allocatable :: table(:)", "      type(table_t) :: t", "      call begin_table(t, keys)")
-    yield from (f"      if (is_wanted(t, {quoted(card['keyword'].replace(' ', ''))})) call card_{n}(t)" for n, card in enumerate(cards))
-    yield from ("      call end_table(t, table)", "   end function cards_of")
-    for n, card in enumerate(cards):
-        yield from (f"   pure subroutine card_{n}(t)", "      type(table_t), intent(inout) :: t")
-        yield (f"      call add_card(t, {quoted(card['keyword'])}, {PARTS[card['where']]}, .{str(card['once']).lower()}., .{str(card['free_text']).lower()}., "
-               f"{quoted(card['follows'])}, {len(card['parameters'])}, {len(card['lines'])})")
-        yield from (item_call(row, card["parameters"]) for row in card["parameters"])
-        for layout in card["lines"]:
-            yield (f"      call add_layout(t, {quoted(layout['when'])}, {layout['least']}, {layout.get('most', 'many_lines')}, "
-                   f".{str(layout['last_repeats']).lower()}., {len(layout['fields'])})")
-            yield from (item_call(row, layout["fields"]) for row in layout["fields"])
-        yield f"   end subroutine card_{n}"
+                "   use card_spec", "   use text, only: squeeze, word_index", "   use model, only: method_words, parameter_words", "   implicit none", "   private",
+                "   public :: find_card, cards, layouts, items, card_names, topic_names, write_card, write_card_manual, write_card_json, write_topic, foreign_answer",
+                "   !> Keywords with their stars, between bars.", "   character(*), parameter :: card_names = " + quoted("|".join("*" + card["keyword"] for card in cards)),
+                "   !> All words of decks, between bars.")
+    words = [word for card in cards for word in ("*" + card["keyword"], *(word for row in card["parameters"] for word in (row["name"], *row["words"])),
+                                                 *(word for layout in card["lines"] for row in layout["fields"] for word in row["words"]))]
+    yield "   character(*), parameter :: topic_names = " + quoted("|".join(dict.fromkeys(words)))
+    yield from (f"   type({name.split()[0]}), protected :: {name.split()[1]}({len(table[name])})" for name in table)
+    for name in table:
+        yield from (f"   data {name.split()[1]}({n}) /{entry}/" for n, entry in enumerate(table[name], 1))
+    yield from ("contains", "   !> Position of a card in the table, 0 if there is none; case and blanks are ignored.", "   pure integer function find_card(keyword) result(position)",
+                "      character(*), intent(in) :: keyword !! keyword without the star", "      character(len(cards%key)) :: key", "      position = 0",
+                "      if (len(squeeze(keyword)) > len(key)) return", "      key = squeeze(keyword)", "      do position = 1, size(cards)",
+                "         if (cards(position)%key == key) return", "      end do", "      position = 0", "   end function find_card")
+    yield from ("   !> Writes all lines about a word of decks, or about a word of other programs; case and blanks do not matter.", "   subroutine write_topic(unit, topic, foreign, found)",
+                "      integer, intent(in) :: unit !! connected for formatted writing", "      character(*), intent(in) :: topic !! without star for a foreign card",
+                "      logical, intent(in) :: foreign !! true: the words that decks do not have", "      logical, intent(inout) :: found !! true: a line was written",
+                "      if (foreign) then")
+    yield from (f"         call take({quoted('|'.join(words))}, {quoted(before)}//topic, {quoted(behind)})" for words, before, behind in lines if behind)
+    yield "      else"
+    yield from (f"         call take({quoted('|'.join(words))}, {quoted(line)}, '')" for words, line, behind in lines if behind is None and words)
+    yield from ("      end if", "   contains", "      subroutine take(words, line, answer)", "         character(*), intent(in) :: words, line, answer",
+                "         if (word_index(words, topic) == 0) return", "         write (unit, '(a)') line//answer", "         found = .true.", "      end subroutine take",
+                "   end subroutine write_topic")
     yield from ("   !> Writes the section of one card of the reference, as Markdown.", "   subroutine write_card(unit, keyword)",
                 "      integer, intent(in) :: unit !! connected for formatted writing", "      character(*), intent(in) :: keyword !! as the table spells it",
                 "      select case (keyword)")

@@ -36,14 +36,17 @@ def made(folder, rows):
     return (folder / "rows.f90").read_text() if run.returncode == 0 else "", run.stderr
 
 
-def test_rows_become_calls(tmp_path):
+def test_rows_become_entries(tmp_path):
     """Parameters and fields in their order; a group is put in its place, a point becomes two fields, a factor the number of its field."""
     module, _ = made(tmp_path, SOUND)
-    assert re.findall(r"call (add_\w+)\(t, '(\w*=?\w*)'", module) == [
-        ("add_card", "THING"), ("add_item", "KIND"), ("add_layout", "KIND=ROUND"), ("add_item", "x"), ("add_item", "y"), ("add_item", "size"),
-        ("add_layout", ""), ("add_item", "label")]
-    assert "'THING', in_step, .true., .false., 'OTHER', 1, 2)" in module
-    assert "'size', kind_real, .false., '2', '', '', positive, usual_most, 1, 'its size')" in module
+    assert re.findall(r"data (\w+)\((\d)\) /\w+\('(\w*=?\w*)'", module) == [
+        ("cards", "1", "THING"), ("layouts", "1", "KIND=ROUND"), ("layouts", "2", ""),
+        ("items", "1", "KIND"), ("items", "2", "x"), ("items", "3", "y"), ("items", "4", "size"), ("items", "5", "label")]
+    assert "card_spec_t('THING', 'THING', in_step, .true., .false., 'OTHER', 1, 1, 1, 2, 'KIND')" in module
+    assert "layout_t('KIND=ROUND', 1, 1, .false., 2, 4, 'x|y|size')" in module
+    assert "item_t('size', kind_real, .false., '2', '', '', positive, usual_most, 1)" in module
+    assert "call take('KIND|ROUND|FLAT', '*THING, KIND: its shape', '')" in module
+    assert "call take('OVAL', 'KIND '//topic, ': a word of earlier versions; write ROUND')" in module
     assert "call take('parameter', 'THING', 'SHAPE|FORM', '; a word of Abaqus and CalculiX; here KIND')" in module
     assert "call take('value', 'KIND', 'OVAL', '; a word of earlier versions; write ROUND')" in module
     assert "'| size | real > 0 | length | 2 times the size of x | its size |'" in module

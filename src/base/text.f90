@@ -242,7 +242,7 @@ contains
       integer :: bar
       first = last + 1
       if (last > 0) first = last + 2
-      if (len_trim(list) == 0 .or. first > len(list) + 1) then
+      if (len_trim(list) == 0 .or. first > len_trim(list) + 1) then
          first = 0
          return
       end if

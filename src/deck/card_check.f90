@@ -7,9 +7,9 @@ module card_check
    use text, only: to_text, plural, nearest_word, word_at, word_count, word_index, separated
    use printable_text, only: quoted
    use diagnostics, only: place_t
-   use card_spec, only: card_spec_t, item_t, find_card, find_item, names_of, keywords_of, in_model, in_step, outside_step, kind_flag
+   use card_spec, only: card_spec_t, layout_t, item_t, find_item, in_model, in_step, outside_step, kind_flag
    use deck_cards, only: deck_t, card_t
-   use card_table, only: all_cards, cards_of, foreign_answer
+   use card_table, only: find_card, cards, layouts, items, card_names, foreign_answer
    use item_values, only: convert, value_error, choices
    implicit none
    private
@@ -24,36 +24,33 @@ module card_check
       logical :: open = .false.
       integer :: open_card = 0        !! index of the card that opened the step
       character(:), allocatable :: chain !! keyword of the preceding card to which *ELASTIC and similar cards belong; '': none
-      integer, allocatable :: first_use(:) !! (entries of the table) index of the first card of this kind in the present part of the
-      !! deck; 0: none yet
+      integer :: first_use(size(cards)) = 0 !! (entries of the table) first card of this kind in this part of the deck; 0: none
    end type reading_t
 
 contains
 
    !> Checks all cards. Sets their entry of the table, layout, step, soundness, and converted values.
    subroutine check_cards(deck)
-      class(deck_t), intent(inout) :: deck !! in: a split deck; out: with the entries of the table that it needs, and with errors
+      class(deck_t), intent(inout) :: deck !! in: a split deck; out: with errors
       type(reading_t) :: reading
       character(:), allocatable :: typed
       integer :: card
-      deck%spec = cards_of(keys_of(deck))
       allocate (deck%number(deck%n_fields), source=0.0_wp)
       reading%chain = ''
-      allocate (reading%first_use(size(deck%spec)), source=0)
       do card = 1, deck%n_cards
          if (.not. deck%card(card)%sound .and. deck%card(card)%keyword == '') cycle
-         deck%card(card)%spec = find_card(deck%spec, deck%card(card)%keyword)
+         deck%card(card)%spec = find_card(deck%card(card)%keyword)
          if (deck%card(card)%spec == 0) then
             deck%card(card)%sound = .false.
             typed = deck%text_at(deck%card(card)%place)
-            call deck%diagnostics%add(deck%card(card)%place, 'unknown keyword '//quoted(typed)//known_card(all_cards(), typed(2:)))
+            call deck%diagnostics%add(deck%card(card)%place, 'unknown keyword '//quoted(typed)//known_card(typed(2:)))
             cycle
          end if
-         call check_card(deck, card, deck%spec(deck%card(card)%spec), reading)
+         call check_card(deck, card, cards(deck%card(card)%spec), reading)
       end do
       do card = 1, word_count(always)
          deck%card = [deck%card(:deck%n_cards + card - 1), card_t(keyword=word_at(always, card), &
-            & spec=find_card(deck%spec, word_at(always, card)))]
+            & spec=find_card(word_at(always, card)))]
       end do
       if (reading%open) call deck%complain(reading%open_card, deck%card(reading%open_card)%place, 'its *END STEP is missing')
    end subroutine check_cards
@@ -64,12 +61,12 @@ contains
       integer, intent(in) :: card                        ! index of the card
       type(card_spec_t), intent(in) :: spec              ! entry of the card in the table
       type(reading_t), intent(inout) :: reading
-      deck%card(card)%keyword = spec%keyword
+      deck%card(card)%keyword = trim(spec%keyword)
       call check_position(deck%card(card)%spec)
       call check_parameters()
       ! The parameters determine the layout of the data lines. If a parameter is wrong, the lines are checked only if the card has a
       ! single layout.
-      if (deck%card(card)%sound .or. size(spec%layout) == 1) call check_lines()
+      if (deck%card(card)%sound .or. spec%first_layout == spec%last_layout) call check_lines()
 
    contains
 
@@ -92,7 +89,7 @@ contains
             reading%step = reading%step + 1
             reading%open = .true.
             reading%open_card = card
-            where (deck%spec%where == in_step) reading%first_use = 0
+            where (cards%where == in_step) reading%first_use = 0
          else if (spec%where == in_model .and. reading%step > 0) then
             wrong = 'belongs in the model part, above the first *STEP'
          else if (spec%where == in_step .and. .not. reading%open) then
@@ -100,13 +97,13 @@ contains
          else if (spec%where /= outside_step .and. reading%step > 0 .and. .not. reading%open) then
             wrong = 'belongs in the model part, above the first *STEP, or in a step'
          else if (spec%follows /= '' .and. reading%chain /= spec%follows) then
-            wrong = 'must stand below a *'//spec%follows
+            wrong = 'must stand below a *'//trim(spec%follows)
          else if (spec%once .and. reading%first_use(kind) > 0) then
             wrong = 'given twice, first in '//deck%source%line_words(deck%card(reading%first_use(kind))%place%line)
          end if
          deck%card(card)%step = merge(reading%step, 0, reading%open)
          if (spec%keyword == 'END STEP') reading%open = .false.
-         if (spec%follows == '') reading%chain = spec%keyword
+         if (spec%follows == '') reading%chain = trim(spec%keyword)
          if (reading%first_use(kind) == 0) reading%first_use(kind) = card
          if (wrong /= '') call bad_card(deck%card(card)%place, wrong)
       end subroutine check_position
@@ -125,8 +122,8 @@ contains
             if (deck%parameter(p)%item == 0 .and. place%line > deck%card(card)%place%line) exit
          end do
          if (.not. deck%card(card)%sound) return
-         do p = 1, size(spec%parameter)
-            call check_presence(spec%parameter(p), deck%given_parameter(card, p))
+         do p = spec%first, spec%last
+            call check_presence(items(p), deck%given_parameter(card, p))
          end do
       end subroutine check_parameters
 
@@ -135,24 +132,26 @@ contains
          integer, intent(in) :: p                        ! index of the parameter in deck%parameter
          type(place_t), intent(out) :: place             ! place of the error in the deck
          character(:), allocatable, intent(out) :: wrong ! description of the error; '' if there is none
+         character(:), allocatable :: name
          logical :: right
          wrong = ''
          associate (parameter => deck%parameter(p))
             place = parameter%name
-            parameter%item = find_item(spec%parameter, deck%text_at(place))
+            parameter%item = item_named(deck%text_at(place))
             if (parameter%item == 0) then
                wrong = unknown_parameter(spec, deck%text_at(place))
                if (place%line > deck%card(card)%place%line) &
                   wrong = wrong//' (the line above ends in a comma, so the keyword goes on here)'
                return
             end if
-            associate (item => spec%parameter(parameter%item))
+            name = trim(items(parameter%item)%name)
+            associate (item => items(parameter%item))
                if (any(deck%parameter(deck%card(card)%first_parameter:p - 1)%item == parameter%item)) then
-                  wrong = item%name//' is given twice'
+                  wrong = name//' is given twice'
                else if (item%kind == kind_flag) then
-                  if (parameter%has_value) wrong = item%name//' takes no value'
+                  if (parameter%has_value) wrong = name//' takes no value'
                else if (parameter%value%last < parameter%value%first) then
-                  wrong = item%name//' needs a value: '//item%name//'='
+                  wrong = name//' needs a value: '//name//'='
                else
                   place = parameter%value
                   call convert(item, deck%text_at(place), parameter%number, right)
@@ -174,11 +173,11 @@ contains
          if (p > 0 .and. .not. holds(item%only)) then
             place = deck%parameter(p)%name
             place%last = max(place%last, deck%parameter(p)%value%last)
-            call bad_card(place, item%name//' goes with '//separated(item%only, ', ')//' only')
+            call bad_card(place, trim(item%name)//' goes with '//separated(item%only, ', ')//' only')
          else if (item%required .and. p == 0 .and. holds(item%only)) then
             why = ''
             if (item%only /= '') why = '; required with '//separated(item%only, ', ')
-            call bad_card(deck%card(card)%place, 'parameter '//item%name//' is missing'//why)
+            call bad_card(deck%card(card)%place, 'parameter '//trim(item%name)//' is missing'//why)
          end if
       end subroutine check_presence
 
@@ -188,12 +187,19 @@ contains
          character(:), allocatable :: word
          integer :: i, p
          word = ''
-         i = find_item(spec%parameter, name)
+         i = item_named(name)
          if (i == 0) return
          p = deck%given_parameter(card, i)
-         if (p == 0) word = spec%parameter(i)%default
-         if (p > 0) word = word_at(spec%parameter(i)%words, nint(deck%parameter(p)%number))
+         if (p == 0) word = trim(items(i)%default)
+         if (p > 0) word = word_at(items(i)%words, nint(deck%parameter(p)%number))
       end function given_word
+
+      !> Position of a parameter of the card in the items of the table; 0 if it has no such parameter.
+      pure integer function item_named(name) result(i)
+         character(*), intent(in) :: name
+         i = find_item(items(spec%first:spec%last), name)
+         if (i > 0) i = i + spec%first - 1
+      end function item_named
 
       !> True if a condition of the table is satisfied: 'TYPE=CIRCLE|LINE' (one of these words), 'GENERATE' (given), ''.
       pure logical function holds(condition)
@@ -204,7 +210,7 @@ contains
          if (condition == '') return
          equals = index(condition, '=')
          if (equals == 0) then
-            holds = deck%given_parameter(card, find_item(spec%parameter, condition)) > 0
+            holds = deck%given_parameter(card, item_named(condition)) > 0
          else
             word = given_word(condition(:equals - 1))
             holds = .false.
@@ -217,49 +223,49 @@ contains
          integer :: first, last, l, i
          first = deck%card(card)%first_line
          last = deck%card(card)%last_line
-         if (size(spec%layout) == 0) then
+         if (spec%last_layout < spec%first_layout) then
             if (last < first) return
             call deck%complain(card, deck%whole_line(first), 'takes no data lines')
             deck%data_line(first:last)%sound = .false.
             return
          end if
-         do i = 1, size(spec%layout)
-            if (holds(spec%layout(i)%when)) exit
+         do i = spec%first_layout, spec%last_layout
+            if (holds(layouts(i)%when)) exit
          end do
          deck%card(card)%layout = i
-         associate (layout => spec%layout(i))
+         associate (layout => layouts(i))
             if (last - first + 1 < layout%least) then
-               call bad_card(deck%card(card)%place, 'a data line is missing: '//separated(names_of(layout%field), ', '))
+               call bad_card(deck%card(card)%place, 'a data line is missing: '//separated(layout%names, ', '))
             else if (last - first + 1 > layout%most) then
                call deck%complain(card, deck%whole_line(first + layout%most), 'takes '//plural(layout%most, 'data line')//' only')
                deck%data_line(first + layout%most:last)%sound = .false.
                last = first + layout%most - 1
             end if
             do l = first, merge(first - 1, last, spec%free_text)
-               call check_fields(l, layout%field, layout%last_repeats)
+               call check_fields(l, layout, items(layout%first:layout%last))
             end do
          end associate
       end subroutine check_lines
 
       !> Checks and converts the fields of a data line.
-      subroutine check_fields(line, item, last_repeats)
+      subroutine check_fields(line, layout, item)
          integer, intent(in) :: line                     ! index of the data line
-         type(item_t), intent(in) :: item(:)
-         logical, intent(in) :: last_repeats
+         type(layout_t), intent(in) :: layout
+         type(item_t), intent(in) :: item(:)             ! fields of the layout
          type(place_t) :: place
          character(:), allocatable :: wrong
          integer :: f, i, before
          logical :: right
          do f = 1, max(deck%data_line(line)%n_fields, size(item))
             i = f
-            if (last_repeats) i = min(f, size(item))
+            if (layout%last_repeats) i = min(f, size(item))
             place = deck%field_place(line, f)
             if (i > size(item)) then
-               wrong = 'a field too many; the line reads: '//separated(names_of(item), ', ')// &
-                  foreign_answer('field', spec%keyword, to_text(f))
+               wrong = 'a field too many; the line reads: '//separated(layout%names, ', ')// &
+                  foreign_answer('field', trim(spec%keyword), to_text(f))
             else if (.not. deck%field_given(line, f)) then
                if (.not. item(i)%required) cycle
-               wrong = item(i)%name//' is missing; the line reads: '//separated(names_of(item), ', ')
+               wrong = trim(item(i)%name)//' is missing; the line reads: '//separated(layout%names, ', ')
             else
                before = deck%source%first(place%line) - 1
                call convert(item(i), deck%source%text(before + place%first:before + place%last), &
@@ -274,25 +280,13 @@ contains
       end subroutine check_fields
    end subroutine check_card
 
-   !> Keywords of the cards of a deck and of the cards `always`, between bars, each of them once.
-   pure function keys_of(deck) result(keys)
-      class(deck_t), intent(in) :: deck
-      character(:), allocatable :: keys
-      integer :: card
-      keys = '|'//always//'|'
-      do card = 1, deck%n_cards
-         if (index(keys, '|'//deck%card(card)%keyword//'|') == 0) keys = keys//deck%card(card)%keyword//'|'
-      end do
-   end function keys_of
-
    !> Suggestion for a keyword that is not in the table, to be appended to a message.
-   pure function known_card(table, keyword) result(string)
-      type(card_spec_t), intent(in) :: table(:)
+   pure function known_card(keyword) result(string)
       character(*), intent(in) :: keyword !! keyword as typed, without the star
       character(:), allocatable :: string
       string = foreign_answer('card', '', keyword)
       if (string /= '') return
-      string = nearest_word(keywords_of(table), '*'//keyword)
+      string = nearest_word(card_names, '*'//keyword)
       if (string /= '') then
          string = '; did you mean '//string//'?'
       else
@@ -304,9 +298,9 @@ contains
       type(card_spec_t), intent(in) :: spec
       character(*), intent(in) :: name
       character(:), allocatable :: string
-      string = foreign_answer('parameter', spec%keyword, name)
-      if (string == '' .and. size(spec%parameter) == 0) string = '; the card has none'
-      if (string == '') string = '; '//choices(names_of(spec%parameter), name)
+      string = foreign_answer('parameter', trim(spec%keyword), name)
+      if (string == '' .and. spec%names == '') string = '; the card has none'
+      if (string == '') string = '; '//choices(spec%names, name)
       string = 'unknown parameter '//quoted(name)//string
    end function unknown_parameter
 end module card_check

@@ -6,7 +6,8 @@ module card_values
    use kinds, only: wp
    use text, only: word_at
    use diagnostics, only: place_t
-   use card_spec, only: card_spec_t, item_t, kind_word, kind_dof
+   use card_spec, only: item_t, kind_word, kind_dof
+   use card_table, only: cards, layouts, items
    use item_values, only: convert
    use deck_cards, only: deck_t, line_end
    implicit none
@@ -37,7 +38,7 @@ module card_values
 
    !> A parameter or field of a card: its entry in the table, and the value given in the deck.
    type :: found_t
-      type(item_t), pointer :: item
+      integer :: item = 0           !! position in the items of the table
       integer :: column = 0         !! for a field: its number on the data line; 0: a parameter
       logical :: given = .false.
       type(place_t) :: place !! place of the value in the deck. If no value is given: place of the keyword for a parameter, end of
@@ -139,7 +140,7 @@ contains
       class(card_values_t), intent(in) :: self
       integer, intent(in) :: column          !! number of the field in the card table
       character(:), allocatable :: name
-      name = self%spec(self%card(self%at%card)%spec)%layout(self%card(self%at%card)%layout)%field(column)%name
+      name = trim(items(layouts(self%card(self%at%card)%layout)%first + column - 1)%name)
    end function field_name
 
    !> True if no data line of the card has errors.
@@ -169,19 +170,19 @@ contains
 
    !> A value as text, as it was typed, or its default; '' if there is neither.
    function text_of(self, name, nth) result(string)
-      class(card_values_t), intent(in), target :: self
+      class(card_values_t), intent(in) :: self
       character(*), intent(in) :: name       !! name of the parameter or field in the card table
       integer, intent(in), optional :: nth   !! number of the value, if the field repeats; default: 1
       character(:), allocatable :: string
       type(found_t) :: found
       found = find(self, name, nth)
-      string = found%item%default
+      string = trim(items(found%item)%default)
       if (found%given) string = self%text_at(found%place)
    end function text_of
 
    !> A word in the spelling of the table; '' if the value is a number, or is not given and has no default.
    function word(self, name, nth)
-      class(card_values_t), intent(in), target :: self
+      class(card_values_t), intent(in) :: self
       character(*), intent(in) :: name       !! name of the parameter or field in the card table
       integer, intent(in), optional :: nth   !! number of the value, if the field repeats; default: 1
       character(:), allocatable :: word
@@ -190,9 +191,9 @@ contains
       found = find(self, name, nth)
       word = ''
       position = 0
-      if (found%item%kind == kind_word) position = nint(found%number)
-      if (found%item%kind == kind_dof) position = -nint(found%number)
-      if (position > 0) word = word_at(found%item%words, position)
+      if (items(found%item)%kind == kind_word) position = nint(found%number)
+      if (items(found%item)%kind == kind_dof) position = -nint(found%number)
+      if (position > 0) word = word_at(items(found%item)%words, position)
    end function word
 
    !> An integer, or the position of a word among the words of the table; 0 if it is not given and has no default.
@@ -217,7 +218,7 @@ contains
       type(item_t), intent(in) :: item
       logical :: right
       value = 0.0_wp
-      if (item%default /= '') call convert(item, item%default, value, right)
+      if (item%default /= '') call convert(item, trim(item%default), value, right)
    end function default_of
 
    !> Adds an error at a parameter or field.
@@ -258,49 +259,54 @@ contains
 
    !> Finds a parameter of the card or a field of its data line.
    recursive function find(self, name, nth) result(found)
-      class(card_values_t), intent(in), target :: self
+      class(card_values_t), intent(in) :: self
       character(*), intent(in) :: name
       integer, intent(in), optional :: nth
       type(found_t) :: found, factor
-      type(card_spec_t), pointer :: spec
-      type(item_t), pointer :: field(:)
-      integer :: i, p
-      spec => self%spec(self%card(self%at%card)%spec)
-      if (self%at%line_at > 0) then ! on a data line the fields are searched first, because there are many lines
-         field => spec%layout(self%card(self%at%card)%layout)%field
-         do i = 1, size(field)
-            if (field(i)%name /= name) cycle
-            found%item => field(i)
-            found%column = i
-            if (present(nth)) found%column = i + nth - 1
-            found%place = self%field_place(self%at%line, found%column)
-            found%given = self%field_given(self%at%line, found%column)
-            if (found%given) then
-               found%number = self%number(self%data_line(self%at%line)%first_field + found%column - 1)
-            else
-               found%number = default_of(field(i))
-               if (field(i)%times_field == 0) return
-               factor = find(self, field(field(i)%times_field)%name)
-               found%number = found%number * abs(factor%number)
-            end if
-            return
-         end do
-      end if
-      do i = 1, size(spec%parameter)
-         if (spec%parameter(i)%name /= name) cycle
-         found%item => spec%parameter(i)
-         p = self%given_parameter(self%at%card, i)
+      integer :: p
+      associate (card => self%card(self%at%card))
+         if (self%at%line_at > 0) then ! on a data line the fields are searched first, because there are many lines
+            associate (first => layouts(card%layout)%first, line => self%data_line(self%at%line))
+               found%item = named_item(first, layouts(card%layout)%last, name)
+               if (found%item > 0) then
+                  found%column = found%item - first + 1
+                  if (present(nth)) found%column = found%column + nth - 1
+                  found%place = self%field_place(self%at%line, found%column)
+                  found%given = self%field_given(self%at%line, found%column)
+                  if (found%given) then
+                     found%number = self%number(line%first_field + found%column - 1)
+                     return
+                  end if
+                  found%number = default_of(items(found%item))
+                  if (items(found%item)%times_field == 0) return
+                  factor = find(self, items(first + items(found%item)%times_field - 1)%name)
+                  found%number = found%number * abs(factor%number)
+                  return
+               end if
+            end associate
+         end if
+         found%item = named_item(cards(card%spec)%first, cards(card%spec)%last, name)
+         if (found%item == 0) error stop 'a reader names an item that the card does not have, or a field before its line'
+         p = self%given_parameter(self%at%card, found%item)
          found%given = p > 0
-         if (found%given) then
+         if (.not. found%given) then
+            found%place = card%place
+            found%number = default_of(items(found%item))
+         else
             found%place = self%parameter(p)%name
             if (self%parameter(p)%has_value) found%place = self%parameter(p)%value
             found%number = self%parameter(p)%number
-         else
-            found%place = self%card(self%at%card)%place
-            found%number = default_of(spec%parameter(i))
          end if
-         return
-      end do
-      error stop 'a reader names a parameter or field that the card does not have, or a field before its line'
+      end associate
    end function find
+
+   !> Position of the item with a name in a part of the items of the table; 0 if there is none.
+   pure integer function named_item(first, last, name) result(item)
+      integer, intent(in) :: first, last
+      character(*), intent(in) :: name
+      do item = first, last
+         if (items(item)%name == name) return
+      end do
+      item = 0
+   end function named_item
 end module card_values

@@ -48,13 +48,19 @@ contains
       type(diagnostics_t), intent(inout) :: diagnostics   !! out: with the errors added
       type(assembly_t) :: a
       type(deck_source_t) :: whole
+      character(:), allocatable :: wrong
+      integer :: i
       a%diagnostics = diagnostics
       call a%read%add('')
       call a%expanded%add('')
       call a%record%add('')
       allocate (a%origin(2, 1024), a%typed(16), a%file(16))
       call add_file(a, source%name, 0)
-      call take_settings(a, settings)
+      call a%parameters%start()
+      do i = 1, size(settings)
+         call a%parameters%set(trim(settings(i)), wrong)
+         if (wrong /= '') call a%diagnostics%add(place_t(), '--set '//quoted(trim(settings(i)))//': '//wrong)
+      end do
       call take_file(a, source, 1, 1)
       call check_settings(a, settings)
       call source_from_text(a%read%text(:a%read%n), source%name, whole)
@@ -67,18 +73,6 @@ contains
       source = whole
       diagnostics = a%diagnostics
    end subroutine assemble_deck
-
-   subroutine take_settings(a, settings)
-      type(assembly_t), intent(inout) :: a
-      character(*), intent(in) :: settings(:)
-      character(:), allocatable :: wrong
-      integer :: i
-      call a%parameters%start()
-      do i = 1, size(settings)
-         call a%parameters%set(trim(settings(i)), wrong)
-         if (wrong /= '') call a%diagnostics%add(place_t(), '--set '//quoted(trim(settings(i)))//': '//wrong)
-      end do
-   end subroutine take_settings
 
    !> Reports parameters set on the command line that the deck does not use.
    subroutine check_settings(a, settings)

@@ -7,7 +7,6 @@ module deck_cards
    use text, only: is_blank, squeeze
    use deck_source, only: deck_source_t, first_letter
    use diagnostics, only: diagnostics_t, place_t
-   use card_spec, only: card_spec_t
    implicit none
    private
    public :: deck_t, card_t, split_deck, line_end
@@ -16,7 +15,7 @@ module deck_cards
    type :: parameter_t
       type(place_t) :: name, value         !! places of name and value in the deck; the value of a flag is empty
       logical :: has_value = .false.       !! true: the name is followed by an equals sign
-      integer :: item = 0                  !! position among the parameters of its card in the table; 0: unknown
+      integer :: item = 0                  !! position in the items of the table; 0: unknown
       real(wp) :: number = 0.0_wp          !! converted value, see item_values
    end type parameter_t
 
@@ -34,14 +33,13 @@ module deck_cards
       type(place_t) :: place               !! place of star and keyword in the deck
       integer :: first_parameter = 1, last_parameter = 0
       integer :: first_line = 1, last_line = 0
-      integer :: spec = 0                  !! position of the card in deck%spec; 0: unknown keyword
-      integer :: layout = 0                !! index of the layout that applies; 0: none
+      integer :: spec = 0                  !! position of the card in the table; 0: unknown keyword
+      integer :: layout = 0                !! position of the layout that applies in the table; 0: none
       integer :: step = 0                  !! number of the step that contains the card; 0: the model part
       logical :: sound = .true.            !! true: keyword, place in the deck and parameters passed the check
    end type card_t
 
-   !> A deck split into cards. An empty field has last < first. The check of the cards (card_check) adds the table's entries and the
-   !> converted values.
+   !> A deck split into cards. An empty field has last < first. The check of the cards (card_check) adds the converted values.
    type :: deck_t
       type(deck_source_t) :: source
       integer :: n_cards = 0, n_parameters = 0, n_lines = 0, n_fields = 0
@@ -51,7 +49,6 @@ module deck_cards
       type(data_line_t), allocatable :: data_line(:)
       type(place_t), allocatable :: field(:)
       real(wp), allocatable :: number(:)        !! converted values of the fields, see item_values
-      type(card_spec_t), allocatable :: spec(:) !! the entries of the table that the deck needs
       type(diagnostics_t) :: diagnostics        !! errors found so far
    contains
       procedure :: text_at, complain, given_parameter, field_given, field_place, whole_line
@@ -94,32 +91,30 @@ contains
          integer, intent(inout) :: line
          integer, intent(in) :: first                         ! column of the star
          type(place_t) :: place
-         integer :: comma, length, next
-         comma = next_comma(line, first)
-         place = trimmed(line, first, comma - 1)
+         integer :: from, length, next
+         from = first
+         call next_part(line, from, place)
          call new_card(place)
          if (place%last == place%first) then
             deck%card(deck%n_cards)%sound = .false.
             call deck%diagnostics%add(place, 'a keyword is missing after the star')
          end if
          length = line_end(source, line)
-         do while (comma <= length)
-            if (comma == length) then
+         do while (from <= length + 1) ! there is a comma before column `from`
+            if (from > length) then
                ! The comma is the last character: the card continues on the next line that is not a comment.
                next = next_line(line)
                if (next == 0) then
-                  call missing(line, comma, 'a parameter must follow the last comma')
+                  call missing(line, length, 'a parameter must follow the last comma')
                   return
                end if
                line = next
                length = line_end(source, line)
-               comma = 0
+               from = 1
             end if
-            place%first = comma + 1
-            comma = next_comma(line, place%first)
-            place = trimmed(line, place%first, comma - 1)
+            call next_part(line, from, place)
             if (place%last < place%first) then
-               call missing(line, comma, 'a parameter is missing before the comma')
+               call missing(line, from - 1, 'a parameter is missing before the comma')
             else
                call split_parameter(place)
             end if
@@ -183,7 +178,7 @@ contains
       !> Splits a data line at its commas into fields; a comma at the end of the line does not begin a field.
       subroutine split_data_line(line)
          integer, intent(in) :: line
-         integer :: comma, from, length
+         integer :: from, length
          deck%n_lines = deck%n_lines + 1
          deck%card(deck%n_cards)%last_line = deck%n_lines
          associate (data_line => deck%data_line(deck%n_lines))
@@ -193,10 +188,8 @@ contains
             length = line_end(source, line)
             from = 1
             do while (from <= length)
-               comma = next_comma(line, from)
                deck%n_fields = deck%n_fields + 1
-               deck%field(deck%n_fields) = trimmed(line, from, comma - 1)
-               from = comma + 1
+               call next_part(line, from, deck%field(deck%n_fields))
             end do
             data_line%n_fields = deck%n_fields - data_line%first_field + 1
          end associate
@@ -216,14 +209,17 @@ contains
          end do
       end function trimmed
 
-      !> Column of the next comma at or behind a column; one more than the line's length if there is none.
-      pure integer function next_comma(line, from) result(column)
-         integer, intent(in) :: line, from
-         integer :: found
-         found = index(source%text(source%first(line) + from - 1:source%last(line)), ',')
-         column = from + found - 1
-         if (found == 0) column = source%last(line) - source%first(line) + 2
-      end function next_comma
+      !> The part of a line from a column to the next comma or the end of the line, without the blanks at both ends.
+      pure subroutine next_part(line, from, place)
+         integer, intent(in) :: line
+         integer, intent(inout) :: from        ! in: first column of the part; out: column behind the comma or behind the line's end
+         type(place_t), intent(out) :: place
+         integer :: length
+         length = index(source%text(source%first(line) + from - 1:source%last(line)), ',') - 1
+         if (length < 0) length = source%last(line) - source%first(line) + 2 - from
+         place = trimmed(line, from, from + length - 1)
+         from = from + length + 1
+      end subroutine next_part
    end subroutine split_deck
 
    !> Number of occurrences of a letter in a text.
@@ -272,7 +268,7 @@ contains
    pure integer function given_parameter(self, card, item) result(p)
       class(deck_t), intent(in) :: self
       integer, intent(in) :: card !! index of the card
-      integer, intent(in) :: item !! position of the parameter in the card's entry of the table
+      integer, intent(in) :: item !! position of the parameter in the items of the table
       do p = self%card(card)%first_parameter, self%card(card)%last_parameter
          if (self%parameter(p)%item == item) return
       end do

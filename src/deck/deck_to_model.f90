@@ -17,19 +17,16 @@ module deck_to_model
    use read_distributions, only: read_distribution_cards
    use read_sections, only: read_section_cards
    use read_supports, only: read_support_cards, read_spring_cards, read_gap_cards
-   use read_releases, only: read_release_cards
-   use read_ties, only: read_tie_cards, order_ties
+   use read_ties, only: read_release_cards, read_tie_cards, order_ties
    use read_obstacles, only: read_foundation_law_cards, read_obstacle_cards
    use wall_pieces, only: join_walls
    use read_contact, only: read_contact_cards, read_soil_cards, choose_contact_points
    use read_monitors, only: read_monitor_cards, read_contact_print_cards
-   use read_steps, only: read_step_cards
+   use read_steps, only: read_step_cards, read_path_cards, check_steps
    use read_loads, only: note_pushed_out, read_load_cards, load_cards
-   use read_path_control, only: read_path_cards, check_steps
-   use read_branches, only: read_branch_cards
+   use read_branches, only: read_branch_cards, read_limit_curve_cards
    use check_contacts, only: check_ground_candidates, check_contact_of_tied_nodes, check_carriers, &
       & keep_leaders
-   use read_limit_curves, only: read_limit_curve_cards
    use read_accuracy, only: read_accuracy_cards, check_placed
    implicit none
    private
@@ -75,7 +72,6 @@ contains
       integer :: i
       joints_wrong = .false.
       call read_heading(deck, model)
-      call read_units(deck, model)
       call read_mesh_cards(deck, model)
       n = deck%diagnostics%n
       call read_imperfection_cards(deck, model)
@@ -154,54 +150,50 @@ contains
    !> Notes which kinds of definitions may be missing because their cards have errors.
    subroutine note_bad_cards(deck)
       type(checked_deck_t), intent(inout) :: deck
+      logical :: bad(deck%n_cards)
       integer :: card
       if (deck%diagnostics%n == 0) return
-      deck%names%unknown_cards = deck%n_cards == 0
       do card = 1, deck%n_cards
          deck%at = deck%at_card(card)
-         if (deck%at%sound .and. deck%lines_sound()) cycle
-         if (deck%card(card)%spec == 0) deck%names%unknown_cards = .true.
-         call note(deck%at%keyword)
+         bad(card) = .not. (deck%at%sound .and. deck%lines_sound())
       end do
       call deck%rewind()
-      if (deck%names%unknown_cards) call note('')
+      associate (names => deck%names)
+         names%unknown_cards = deck%n_cards == 0 .or. any(bad .and. deck%card(:deck%n_cards)%spec == 0)
+         names%mesh_incomplete = incomplete('NODE|NSET|ELEMENT|ELSET|LINE|ARC|RING|ELLIPSE|SPLINE')
+         names%imperfections_incomplete = incomplete('IMPERFECTION')
+         names%sections_incomplete = incomplete('MATERIAL|ELASTIC|DENSITY|EXPANSION|BEAM SECTION')
+         names%material%incomplete = names%sections_incomplete
+         names%distribution%incomplete = incomplete('DISTRIBUTION')
+         names%law%incomplete = incomplete('FOUNDATION LAW')
+         names%obstacle%incomplete = incomplete('OBSTACLE|GAP')
+         names%contacts_incomplete = incomplete('CONTACT|GAP')
+         names%monitor%incomplete = incomplete('MONITOR')
+         names%supports_incomplete = incomplete('SPRING|RELEASE|MPC|EQUATION|BOUNDARY')
+         names%loads_incomplete = incomplete('BOUNDARY|'//load_cards)
+      end associate
 
    contains
 
-      !> Marks the definitions made by cards with this keyword as possibly missing; '': the definitions of all cards.
-      subroutine note(keyword)
-         character(*), intent(in) :: keyword
-         associate (names => deck%names)
-            if (concerns(keyword, 'NODE|NSET|ELEMENT|ELSET|LINE|ARC|RING|ELLIPSE|SPLINE')) names%mesh_incomplete = .true.
-            if (concerns(keyword, 'IMPERFECTION')) names%imperfections_incomplete = .true.
-            if (concerns(keyword, 'MATERIAL|ELASTIC|DENSITY|EXPANSION|BEAM SECTION')) then
-               names%sections_incomplete = .true.
-               names%material%incomplete = .true.
-            end if
-            if (concerns(keyword, 'DISTRIBUTION')) names%distribution%incomplete = .true.
-            if (concerns(keyword, 'FOUNDATION LAW')) names%law%incomplete = .true.
-            if (concerns(keyword, 'OBSTACLE|GAP')) names%obstacle%incomplete = .true.
-            if (concerns(keyword, 'CONTACT|GAP')) names%contacts_incomplete = .true.
-            if (concerns(keyword, 'MONITOR')) names%monitor%incomplete = .true.
-            if (concerns(keyword, 'SPRING|RELEASE|MPC|EQUATION|BOUNDARY')) names%supports_incomplete = .true.
-            if (concerns(keyword, 'BOUNDARY|'//load_cards)) names%loads_incomplete = .true.
-         end associate
-      end subroutine note
+      !> True if a card with one of these keywords, between bars, has errors, or if a keyword is unknown.
+      logical function incomplete(keywords)
+         character(*), intent(in) :: keywords
+         incomplete = deck%names%unknown_cards
+         do card = 1, deck%n_cards
+            if (bad(card)) incomplete = incomplete .or. is_listed(keywords, deck%card(card)%keyword)
+         end do
+      end function incomplete
    end subroutine note_bad_cards
 
-   !> True if a keyword is in a list; also true for the keyword '', which stands for all keywords.
-   pure logical function concerns(keyword, keywords)
-      character(*), intent(in) :: keyword, keywords ! keyword; list of keywords between bars
-      concerns = keyword == '' .or. is_listed(keywords, keyword)
-   end function concerns
-
-   !> Reads title and job name.
+   !> Reads title, job name, and the names of the units of length and force.
    subroutine read_heading(deck, model)
       type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(inout) :: model
       type(growing_text_t) :: title
       model%title = ''
       model%job = ''
+      model%length_unit = ''
+      model%force_unit = ''
       do while (deck%next_card('HEADING'))
          model%job = deck%text('JOB')
          do while (deck%next_line())
@@ -210,18 +202,10 @@ contains
          end do
          if (title%n > 0) model%title = title%text(:title%n)
       end do
-   end subroutine read_heading
-
-   !> Reads the names of the units of length and force.
-   subroutine read_units(deck, model)
-      type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(inout) :: model
-      model%length_unit = ''
-      model%force_unit = ''
       do while (deck%next_card('UNITS'))
          if (.not. deck%next_line()) cycle
          model%length_unit = deck%text('length')
          model%force_unit = deck%text('force')
       end do
-   end subroutine read_units
+   end subroutine read_heading
 end module deck_to_model

@@ -8,6 +8,8 @@ module diagnostics
    private
    public :: diagnostics_t, place_t, diagnostics_report, most_shown
 
+   integer, parameter :: most_shown = 20 !! largest number of errors in a report
+
    !> Place in the deck: columns of one line; line 0: the deck as a whole.
    type :: place_t
       integer :: line = 0
@@ -23,12 +25,11 @@ module diagnostics
    !> All errors found so far.
    type :: diagnostics_t
       integer :: n = 0
-      type(diagnostic_t), allocatable, private :: item(:)
+      type(diagnostic_t), private :: item(most_shown) !! the first errors by place; errors at one place keep their order
    contains
       procedure :: add
    end type diagnostics_t
 
-   integer, parameter :: most_shown = 20 !! largest number of errors in a report
    integer, parameter :: longest_message = 1000 !! [bytes] longest message
    integer, parameter :: longest_line = 160     !! longest part of a line of the deck that is shown [bytes]
    integer, parameter :: least_before = 60      !! smallest part of this line that is shown before the place of the error [bytes]
@@ -40,10 +41,13 @@ contains
       class(diagnostics_t), intent(inout) :: self
       type(place_t), intent(in) :: place  !! place that is marked by carets
       character(*), intent(in) :: message !! message, one line
-      if (.not. allocated(self%item)) allocate (self%item(most_shown))
-      if (self%n == size(self%item)) self%item = [self%item, self%item] ! the length of the array is doubled
+      integer :: i
       self%n = self%n + 1
-      self%item(self%n) = diagnostic_t(place, shortened(message, longest_message))
+      do i = min(self%n - 1, most_shown), 1, -1
+         if (.not. before(place, self%item(i)%place)) exit
+         if (i < most_shown) self%item(i + 1) = self%item(i)
+      end do
+      if (i < most_shown) self%item(i + 1) = diagnostic_t(place, shortened(message, longest_message))
    end subroutine add
 
    !> The report: the errors in the order of the deck, each with its line and carets below its place; '' if there are no errors.
@@ -54,16 +58,14 @@ contains
       type(deck_source_t), intent(in) :: source !! the deck to which the errors belong
       logical, intent(in), optional :: coloured !! true: coloured for a terminal; default: false
       character(:), allocatable :: report       !! lines of the report, ended by newlines
-      integer, allocatable :: order(:)
       integer :: i
       logical :: paint
       paint = .false.
       if (present(coloured)) paint = coloured
       report = ''
       if (diagnostics%n == 0) return
-      order = first_by_place(min(diagnostics%n, most_shown))
-      do i = 1, size(order)
-         report = report//described(diagnostics%item(order(i)))
+      do i = 1, min(diagnostics%n, most_shown)
+         report = report//described(diagnostics%item(i))
       end do
       if (diagnostics%n > most_shown) report = report//'and '//to_text(diagnostics%n - most_shown)//' more'// &
          new_line('a')
@@ -112,24 +114,6 @@ contains
          if (last <= len(line)) last = first - 1 + characters(printable(line(first:last)))
          string = string//repeat(' ', 8)//' | '//margin//painted(repeat('^', max(1, last - first + 1)), red, paint)//new_line('a')
       end function described
-
-      !> Indices of the first n errors, sorted by line, then by column; errors at equal places keep their order.
-      pure function first_by_place(n) result(order)
-         integer, intent(in) :: n          !! number of errors
-         integer :: order(n)               !! indices in diagnostics%item
-         logical :: taken(diagnostics%n)
-         integer :: k, i, first
-         taken = .false.
-         do k = 1, n
-            first = findloc(taken, .false., 1)
-            do i = first + 1, diagnostics%n
-               if (taken(i)) cycle
-               if (before(diagnostics%item(i)%place, diagnostics%item(first)%place)) first = i
-            end do
-            order(k) = first
-            taken(first) = .true.
-         end do
-      end function first_by_place
    end function diagnostics_report
 
    !> Blanks with the printed width of a text; tabs are kept.

@@ -74,14 +74,15 @@ contains
    pure function value_error(item, typed) result(wrong)
       type(item_t), intent(in) :: item
       character(*), intent(in) :: typed
-      character(:), allocatable :: wrong, near, answer
-      answer = foreign_answer('value', item%name, typed)
+      character(:), allocatable :: wrong, name, near, answer
+      name = trim(item%name)
+      answer = foreign_answer('value', name, typed)
       select case (item%kind)
       case (kind_word)
          if (answer == '') answer = '; '//choices(item%words, typed)
-         wrong = item%name//' cannot be '//quoted(typed)//answer
+         wrong = name//' cannot be '//quoted(typed)//answer
       case (kind_name)
-         wrong = item%name//' must be a name (a letter, then letters, digits, _ - . +; at most '//to_text(name_length)// &
+         wrong = name//' must be a name (a letter, then letters, digits, _ - . +; at most '//to_text(name_length)// &
             ' characters), not '//quoted(typed)
       case (kind_integer, kind_real)
          wrong = number_error()
@@ -89,19 +90,19 @@ contains
          wrong = number_error()
          if (index(wrong, ' must be a number') > 0) wrong = wrong//'; or the name of a *DISTRIBUTION'
       case (kind_label)
-         wrong = item%name//' must be a positive integer'//label_limit()//', not '//quoted(typed)
+         wrong = name//' must be a positive integer'//label_limit()//', not '//quoted(typed)
       case (kind_label_or_set)
-         wrong = item%name//' must be a label (positive integer'//label_limit()//') or the name of a set, not '//quoted(typed)
+         wrong = name//' must be a label (positive integer'//label_limit()//') or the name of a set, not '//quoted(typed)
       case (kind_component)
-         wrong = item%name//' must be 1 (x), 2 (y) or 6 (rotation), not '//quoted(typed)
+         wrong = name//' must be 1 (x), 2 (y) or 6 (rotation), not '//quoted(typed)
       case default
          near = nearest_word(item%words, typed)
          if (answer /= '') then
-            wrong = item%name//' cannot be '//quoted(typed)//answer
+            wrong = name//' cannot be '//quoted(typed)//answer
          else if (near /= '') then
-            wrong = item%name//' cannot be '//quoted(typed)//'; did you mean '//near//'?'
+            wrong = name//' cannot be '//quoted(typed)//'; did you mean '//near//'?'
          else
-            wrong = item%name//' must be an integer from 1 to 6 or one of '//separated(item%words, ', ')//', not '//quoted(typed)
+            wrong = name//' must be an integer from 1 to 6 or one of '//separated(item%words, ', ')//', not '//quoted(typed)
          end if
       end select
 
@@ -123,11 +124,11 @@ contains
             most = 'numbers are at most '//to_text(largest_real)//' in size'
          end if
          if (too_large) then
-            wrong = item%name//' is too large: '//quoted(typed)//'; '//most
+            wrong = name//' is too large: '//quoted(typed)//'; '//most
          else if (is_number) then
-            wrong = item%name//' must be '//trim(bound_words(item%bound))//', not '//quoted(typed)
+            wrong = name//' must be '//trim(bound_words(item%bound))//', not '//quoted(typed)
          else
-            wrong = item%name//' must be '//trim(merge('an integer', 'a number  ', item%kind == kind_integer))//', not '// &
+            wrong = name//' must be '//trim(merge('an integer', 'a number  ', item%kind == kind_integer))//', not '// &
                quoted(typed)
          end if
       end function number_error

@@ -1,14 +1,15 @@
 !> Reads nodes, elements, generated curves and sets in the order of the deck; each card may refer to preceding definitions only.
 module read_mesh
    use kinds, only: wp, name_length, degree
-   use errors, only: error_t
+   use errors, only: error_t, fail
    use text, only: to_text, same_name
    use memory, only: can_be_had
    use model, only: model_t, curve_t, imperfection_t, empty_lists
    use element_families, only: element_kind
-   use mesh_generators, only: growing_mesh_t, line_curve, arc_curve, ring_curve, ellipse_curve, path_curve, graded_division
+   use mesh_generators, only: growing_mesh_t, new_growing_mesh, new_element_t, line_curve, arc_curve, ring_curve, ellipse_curve, &
+      & path_curve, graded_division
    use reference_curve, only: curve_point
-   use spline_ends, only: end_spline
+   use read_obstacles, only: end_spline
    use checked_deck, only: checked_deck_t
    use deck_names, only: labels_t, take_node_sets
    use read_distributions, only: same_length
@@ -30,12 +31,6 @@ module read_mesh
       real(wp) :: ahead = 0.0_wp               !! distance of the corner from the end of the lines that the set contains so far
    end type corner_t
 
-   !> Properties that are common to all elements of a card.
-   type :: element_card_t
-      integer :: family = 0, stages = 0        !! family and number of Gauss points of the elements
-      integer :: node_set = 0, element_set = 0 !! node set and element set to which nodes and elements are added; 0: none
-   end type element_card_t
-
 contains
 
    !> Reads all cards of the mesh. Sets mesh, curves and node sets of the model, and makes its other lists empty.
@@ -43,9 +38,11 @@ contains
       type(checked_deck_t), intent(inout), target :: deck !! out: with nodes, elements and sets
       type(model_t), intent(inout) :: model             !! out: with mesh (without sections), curve and node_set
       type(growing_mesh_t) :: grown
-      type(element_card_t) :: common                    ! properties of the present card's elements
+      type(new_element_t) :: pattern                    ! family and stages of the elements of the present card
+      integer :: node_set, element_set                  ! sets to which the present card adds nodes and elements; 0: none
       type(corner_t), allocatable :: corner(:)
       integer :: e
+      grown = new_growing_mesh()
       allocate (deck%names%placed_line(0), corner(0))
       do while (deck%next_card('DISTRIBUTION'))
          if (deck%given('FORMULA')) cycle
@@ -54,7 +51,7 @@ contains
          end do
       end do
       do while (deck%next_card('NODE|ELEMENT|LINE|ARC|RING|ELLIPSE|SPLINE|NSET|ELSET'))
-         if (all(deck%at%keyword /= ['NSET ', 'ELSET'])) common = common_to()
+         if (all(deck%at%keyword /= ['NSET ', 'ELSET'])) call begin_card()
          select case (deck%at%keyword)
          case ('NODE')
             call read_nodes()
@@ -81,11 +78,23 @@ contains
 
    contains
 
+      !> Kind of the elements of a card, and the sets to which its nodes and elements are added.
+      subroutine begin_card()
+         node_set = 0
+         element_set = 0
+         if (deck%at%keyword /= 'NODE') then
+            call element_kind(deck%word('TYPE'), pattern%family, pattern%stages)
+            if (deck%given('ELSET')) call deck%names%element%begin_set(deck%text('ELSET'), element_set)
+         end if
+         if (deck%at%keyword == 'ELEMENT') return
+         if (deck%given('NSET')) call deck%names%node%begin_set(deck%text('NSET'), node_set)
+      end subroutine begin_card
+
       subroutine read_nodes()
          do while (deck%next_line())
             if (.not. is_new_label(deck%names%node)) cycle
             call new_node(deck%integer('label'), [deck%real('x'), deck%real('y')])
-            call deck%names%node%append(common%node_set, [grown%mesh%n_nodes])
+            call deck%names%node%append(node_set, [grown%n_nodes])
          end do
       end subroutine read_nodes
 
@@ -95,8 +104,7 @@ contains
             if (.not. is_new_label(deck%names%element)) cycle
             node = end_nodes('second node')
             if (minval(node) > 0) then
-               call new_element(deck%integer('label'), node, 0, &
-                  [0.0_wp, norm2(grown%mesh%x(:, node(2)) - grown%mesh%x(:, node(1)))], .false.)
+               call new_element(deck%integer('label'), node, 0, [0.0_wp, norm2(grown%x(:, node(2)) - grown%x(:, node(1)))], .false.)
             else
                deck%names%mesh_incomplete = .true.
             end if
@@ -112,16 +120,6 @@ contains
          if (.not. is_new) call deck%wrong('label', trim(labels%what)//' '//to_text(deck%integer('label'))// &
             ' was defined in '//deck%source%line_words(labels%line(old)))
       end function is_new_label
-
-      !> Kind of the elements of a card, and the sets to which its nodes and elements are added.
-      type(element_card_t) function common_to() result(of_card)
-         if (deck%at%keyword /= 'NODE') then
-            call element_kind(deck%word('TYPE'), of_card%family, of_card%stages)
-            if (deck%given('ELSET')) call deck%names%element%begin_set(deck%text('ELSET'), of_card%element_set)
-         end if
-         if (deck%at%keyword == 'ELEMENT') return
-         if (deck%given('NSET')) call deck%names%node%begin_set(deck%text('NSET'), of_card%node_set)
-      end function common_to
 
       !> Reads *LINE, *ARC, *RING and *ELLIPSE: each data line defines one curve.
       subroutine read_curves()
@@ -166,20 +164,15 @@ contains
             end if
             sound = sound .and. ok .and. node(i) > 0
             if (i == 1 .or. .not. sound) cycle
-            if (norm2(grown%mesh%x(:, node(i)) - grown%mesh%x(:, node(i - 1))) > 0.0_wp) cycle
-            call deck%wrong_line('the node is at the place of the one before')
-            sound = .false.
+            sound = norm2(grown%x(:, node(i)) - grown%x(:, node(i - 1))) > 0.0_wp
+            if (.not. sound) call deck%wrong_line('the node is at the place of the one before')
          end do
-         if (sound) then
-            point = grown%mesh%x(:, node)
-            call end_spline(deck, point, closed, sound)
-         end if
-         if (.not. sound) then
-            deck%names%mesh_incomplete = .true.
-            return
-         end if
+         if (sound) point = grown%x(:, node)
+         if (sound) call end_spline(deck, point, closed, sound)
+         if (.not. sound) deck%names%mesh_incomplete = .true.
+         if (.not. sound) return
          if (deck%word('ENDS') == 'CLOSED') node = [node, node(1)]
-         call path_curve(point, closed, grown%mesh%x(:, node), curve, at)
+         call path_curve(point, closed, grown%x(:, node), curve, at)
          call grown%add_curve(curve)
          do i = 1, size(node) - 1
             call mesh_curve(node(i:i + 1), at(i) + with_corners(graded_division(at(i + 1) - at(i), elements(i), grading(i))), &
@@ -218,29 +211,22 @@ contains
             node = end_nodes('last node')
          end if
          if (minval(node) == 0) return
-         x = grown%mesh%x(:, node)
-         if (deck%at%keyword == 'LINE') then
+         x = grown%x(:, node)
+         if (deck%at%keyword /= 'LINE') centre = [deck%real('xc'), deck%real('yc')]
+         select case (deck%at%keyword)
+         case ('LINE')
             curve = line_curve(x(:, 1), x(:, 2))
-            return
-         end if
-         centre = [deck%real('xc'), deck%real('yc')]
-         if (deck%at%keyword == 'ARC' .or. deck%at%keyword == 'ELLIPSE') then
-            associate (anticlockwise => deck%word('DIRECTION') == 'ANTICLOCKWISE')
-               if (deck%at%keyword == 'ARC') then
-                  call arc_curve(x(:, 1), x(:, 2), centre, anticlockwise, curve, error)
-               else
-                  call ellipse_curve(x(:, 1), x(:, 2), centre, [deck%real('a'), deck%real('b')], deck%real('angle') * degree, &
-                     anticlockwise, curve, error)
-               end if
-            end associate
-            if (.not. allocated(error)) return
-            call deck%wrong_line(error%message)
-         else if (norm2(x(:, 1) - centre) > 0.0_wp) then
-            curve = ring_curve(x(:, 1), centre)
-            return
-         else
-            call deck%wrong_line('the centre is at the node')
-         end if
+         case ('ARC')
+            call arc_curve(x(:, 1), x(:, 2), centre, deck%word('DIRECTION') == 'ANTICLOCKWISE', curve, error)
+         case ('ELLIPSE')
+            call ellipse_curve(x(:, 1), x(:, 2), centre, [deck%real('a'), deck%real('b')], deck%real('angle') * degree, &
+               deck%word('DIRECTION') == 'ANTICLOCKWISE', curve, error)
+         case ('RING')
+            if (norm2(x(:, 1) - centre) > 0.0_wp) curve = ring_curve(x(:, 1), centre)
+            if (norm2(x(:, 1) - centre) <= 0.0_wp) call fail(error, 'the centre is at the node')
+         end select
+         if (.not. allocated(error)) return
+         call deck%wrong_line(error%message)
          node = 0
       end subroutine read_curve
 
@@ -251,13 +237,14 @@ contains
          real(wp), intent(out) :: grading
          logical, intent(out) :: placed       ! true: the deck omits the number of elements
          logical, intent(out) :: ok
+         real(wp) :: all_elements
          integer :: before
          before = deck%diagnostics%n
          placed = .not. deck%given('elements')
          elements = deck%integer('elements')
          if (placed) elements = output_elements
          grading = 1.0_wp
-         if (placed .and. common%stages < 2) then
+         if (placed .and. pattern%stages < 2) then
             call deck%wrong_line('the number of elements can be left out of those of order 4, 6 and 8 only (TYPE)')
          else if (closed .and. elements < 3) then
             call deck%wrong('elements', 'a ring needs at least 3 elements')
@@ -268,13 +255,14 @@ contains
          end if
          ok = deck%diagnostics%n == before
          if (.not. ok) return
-         if (elements > huge(1) - max(deck%names%node%greatest, deck%names%element%greatest) - 2) then
-            call deck%wrong('elements', 'too many elements to number')
-         else if (.not. fits(real(grown%mesh%n_elements, wp) + elements)) then
-            call deck%wrong('elements', 'so many elements need about '//to_text(nint(1.0e-9_wp * bytes_of_element * &
-               (real(grown%mesh%n_elements, wp) + elements)))//' GB of memory, more than can be had')
-         end if
-         ok = deck%diagnostics%n == before
+         all_elements = real(grown%n_elements, wp) + elements
+         ok = elements <= huge(1) - max(deck%names%node%greatest, deck%names%element%greatest) - 2
+         if (.not. ok) call deck%wrong('elements', 'too many elements to number')
+         if (.not. ok) return
+         ok = band_entries * all_elements <= huge(1)
+         if (ok) ok = can_be_had(bytes_of_element * all_elements)
+         if (.not. ok) call deck%wrong('elements', 'so many elements need about '// &
+            to_text(nint(1.0e-9_wp * bytes_of_element * all_elements))//' GB of memory, more than can be had')
       end subroutine read_division
 
       !> Adds nodes and elements on the last curve, from its first end to its last end.
@@ -286,16 +274,16 @@ contains
          integer :: i, from, to
          real(wp) :: x(2), angle, speed
          from = ends(1)
-         call deck%names%node%append(common%node_set, [from])
+         call deck%names%node%append(node_set, [from])
          do i = 1, ubound(s, 1)
             to = ends(2)
             if (i < ubound(s, 1)) then
                call curve_point(grown%curve(grown%n_curves), none, s(i), x, angle, speed)
                call new_node(deck%names%node%greatest + 1, x)
-               to = grown%mesh%n_nodes
+               to = grown%n_nodes
             end if
             call new_element(deck%names%element%greatest + 1, [from, to], grown%n_curves, s(i - 1:i), placed)
-            call deck%names%node%append(common%node_set, [to])
+            call deck%names%node%append(node_set, [to])
             from = to
          end do
       end subroutine mesh_curve
@@ -328,22 +316,20 @@ contains
          allocate (members(0))
          if (last < first) then
             call deck%wrong('last', 'the last label must not be below the first one')
-            return
          else if (mod(last - first, increment) /= 0) then
             call deck%wrong_line('the last label is not a whole number of increments from the first one')
-            return
+         else
+            members = reshape(members, [min((last - first) / increment, labels%n) + 1], pad=[0])
+            do n = 1, (last - first) / increment + 1
+               label = first + (n - 1) * increment
+               members(n) = labels%find(label)
+               if (members(n) > 0) cycle
+               if (.not. deck%names%mesh_incomplete) call deck%wrong_line(trim(labels%what)//' '//to_text(label)// &
+                  ' is not defined above this line')
+               members = members(:n - 1)
+               return
+            end do
          end if
-         deallocate (members)
-         allocate (members(0:min((last - first) / increment, labels%n)))
-         do n = 0, (last - first) / increment
-            label = first + n * increment
-            members(n) = labels%find(label)
-            if (members(n) > 0) cycle
-            if (.not. deck%names%mesh_incomplete) call deck%wrong_line(trim(labels%what)//' '//to_text(label)// &
-               ' is not defined above this line')
-            members = members(:n - 1)
-            return
-         end do
       end function range_of
 
       !> First and second node of an element or of a row of elements. If they cannot be used, an error is added and the result is 0.
@@ -355,7 +341,7 @@ contains
          if (minval(node) == 0) return
          if (node(1) == node(2)) then
             call deck%wrong(second, 'both nodes are node '//deck%text('first node'))
-         else if (norm2(grown%mesh%x(:, node(2)) - grown%mesh%x(:, node(1))) <= 0.0_wp) then
+         else if (norm2(grown%x(:, node(2)) - grown%x(:, node(1))) <= 0.0_wp) then
             call deck%wrong('first node', 'the length is zero: both nodes are at the same place', last=second)
          else
             return
@@ -374,16 +360,9 @@ contains
          integer, intent(in) :: label, node(2), curve
          real(wp), intent(in) :: s(2)
          logical, intent(in) :: placed
-         call grown%add_element(label, node, common%family, common%stages, curve, s, placed)
+         call grown%add_element(new_element_t(label, node, pattern%family, pattern%stages, curve, s, placed))
          call deck%names%element%add(label, deck%at%line_at)
-         call deck%names%element%append(common%element_set, [deck%names%element%n])
+         call deck%names%element%append(element_set, [deck%names%element%n])
       end subroutine new_element
    end subroutine read_mesh_cards
-
-   !> True if there is enough memory for a number of elements, and the numbers of their equations are in the range of integers.
-   logical function fits(elements)
-      real(wp), intent(in) :: elements
-      fits = band_entries * elements <= huge(1)
-      if (fits) fits = can_be_had(bytes_of_element * elements)
-   end function fits
 end module read_mesh

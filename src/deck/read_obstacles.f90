@@ -7,12 +7,11 @@ module read_obstacles
       & ground_independent, ground_half_space, ground_pasternak
    use obstacle_curve, only: crosses_itself
    use obstacle_shapes, only: arc_curve, ellipse_points, polyline_curve, with_neighbours_added, misfit, spline_curve, &
-      corner_turn, widest_corner_radius, default_corner_radius
-   use spline_ends, only: end_spline
+      corner_turn, widest_corner_radius, default_corner_radius, mirrored
    use checked_deck, only: checked_deck_t
    implicit none
    private
-   public :: read_foundation_law_cards, read_obstacle_cards
+   public :: read_foundation_law_cards, read_obstacle_cards, end_spline
 
    real(wp), parameter :: half_turn = 180.0_wp       !! largest turn of an arc [degrees]
    real(wp), parameter :: back = 175.0_wp !! largest turn at a corner [degrees]; larger ones would reverse the curve and are
@@ -270,6 +269,48 @@ contains
          if (ok) obstacle%curve = polyline_curve(point, radius, closed)
       end subroutine read_polyline
    end subroutine read_obstacle_cards
+
+   !> Adds the points behind the ends of a spline, of an obstacle or of a rod, that parameters ENDS, START and END request: closed, or
+   !> with a direction at which its mirror image continues it. Errors are added to the deck.
+   subroutine end_spline(deck, point, closed, ok)
+      type(checked_deck_t), intent(inout) :: deck       !! deck, with the position at the last line of the card
+      real(wp), allocatable, intent(inout) :: point(:, :) !! (2, points) points; neighbouring points are different
+      logical, intent(out) :: closed                    !! true: the last point equals the first
+      logical, intent(out) :: ok                        !! false: there is an error
+      logical :: at(2)
+      real(wp) :: angle(2)
+      integer :: n
+      n = size(point, 2)
+      ok = .false.
+      closed = deck%word('ENDS') == 'CLOSED'
+      at = [deck%given('START'), deck%given('END')]
+      angle = 0.0_wp
+      if (at(1)) angle(1) = deck%real('START') * degree
+      if (at(2)) angle(2) = deck%real('END') * degree
+      if (closed) then
+         if (any(at)) then
+            call deck%wrong(trim(merge('START', 'END  ', at(1))), 'a closed spline has no ends')
+         else if (n < 3) then
+            call deck%wrong('ENDS', 'a closed spline has 3 points or more')
+         else if (norm2(point(:, n) - point(:, 1)) <= 0.0_wp) then
+            call deck%wrong_line('the point is the first one again, to which a closed spline goes on')
+         else
+            ok = .true.
+            point = reshape([point, point(:, 1)], [2, n + 1])
+         end if
+      else if (at(1) .and. dot_product(point(:, 2) - point(:, 1), [cos(angle(1)), sin(angle(1))]) <= 0.0_wp) then
+         call deck%wrong('START', 'the curve does not leave its first point in this direction: the second is behind')
+      else if (at(2) .and. dot_product(point(:, n) - point(:, n - 1), [cos(angle(2)), sin(angle(2))]) <= 0.0_wp) then
+         call deck%wrong('END', 'the curve does not come to its last point in this direction: the one before is ahead')
+      else
+         ok = .true.
+         if (.not. any(at)) return
+         point = mirrored(point, at, angle, closed)
+         ok = closed .or. .not. all(at)
+         if (.not. ok) call deck%wrong('END', 'mirror images beyond START and END do not close the curve: the mirrors '// &
+            'must meet at a whole part of 180 degrees, or be one')
+      end if
+   end subroutine end_spline
 
    !> The number x rounded down to 4 significant digits.
    real(wp) function rounded_down(x)

@@ -1,16 +1,109 @@
-!> Reads *MPC and *EQUATION: nodes and degrees of freedom that are tied to others.
+!> Reads *RELEASE, *MPC and *EQUATION: nodes and degrees of freedom that are tied to others. Element ends that are partly released
+!> from a node get a node of their own, which is tied to the first one in the components that are not released.
 module read_ties
    use kinds, only: wp
    use text, only: to_text
-   use model, only: model_t, tie_t, same_component
+   use model, only: model_t, tie_t, release_t, joint_spring_t, same_component
    use item_values, only: component_dof
    use checked_deck, only: checked_deck_t, position_t
-   use deck_names, only: copy_node, node_words
+   use deck_names, only: take_node_sets, copy_node, node_words
+   use read_supports, only: read_dofs
    implicit none
    private
-   public :: read_tie_cards, order_ties
+   public :: read_release_cards, read_tie_cards, order_ties
 
 contains
+
+   !> Reads the releases. They divide chains of elements: cards that need whole chains must be read before.
+   subroutine read_release_cards(deck, model)
+      type(checked_deck_t), intent(inout) :: deck       !! in: contains mesh; out: also the new nodes
+      type(model_t), intent(inout) :: model             !! out: with new nodes, ties, joint_spring and release
+      logical :: free(3)                                ! true for components that the present line releases
+      real(wp) :: stiffness                             ! stiffness of a spring in the released components; 0: none
+      integer :: set                                    ! node set to which the new nodes are added; 0: none
+      logical, allocatable :: released(:, :)            ! (2, elements) true: an earlier line releases this end
+      logical, allocatable :: chosen(:, :)              ! (2, elements) true: this end is at the present node, and to be released
+      integer, allocatable :: nodes(:), elements(:)
+      integer :: i
+      allocate (released(2, model%mesh%n_elements), source=.false.)
+      chosen = released
+      do while (deck%next_card('RELEASE'))
+         set = 0
+         if (deck%given('NSET')) call deck%names%node%begin_set(deck%text('NSET'), set)
+         do while (deck%next_line())
+            nodes = deck%nodes('node or set')
+            elements = [integer ::]
+            if (deck%given('element or set')) elements = deck%elements('element or set')
+            stiffness = deck%real('stiffness')
+            call read_dofs(deck, free)
+            if (all(free)) call deck%wrong('dof', 'nothing would hold the ends to the node')
+            if (deck%names%mesh_incomplete .or. all(free) .or. .not. any(free)) cycle
+            do i = 1, size(nodes)
+               if (.not. deck%given('element or set')) then
+                  call release_all(nodes(i))
+               else if (size(elements) > 0) then
+                  chosen = .false.
+                  chosen(:, elements) = model%mesh%node(:, elements) == nodes(i)
+                  call release(nodes(i))
+               end if
+            end do
+         end do
+      end do
+      if (size(model%release) > 0) call take_node_sets(deck%names, model%node_set)
+
+   contains
+
+      !> Releases all element ends at a node except the first one, each by a node of its own.
+      subroutine release_all(node)
+         integer, intent(in) :: node
+         integer :: e, side, n
+         n = 0
+         do e = 1, model%mesh%n_elements
+            do side = 1, 2
+               if (model%mesh%node(side, e) /= node) cycle
+               n = n + 1
+               if (n == 1) cycle
+               chosen = .false.
+               chosen(side, e) = .true.
+               call release(node)
+            end do
+         end do
+         if (n < 2) call deck%wrong('node or set', node_words(model%mesh, node)//' has '// &
+            trim(merge('one element ', 'no element  ', n == 1))//'; a joint needs a second one')
+      end subroutine release_all
+
+      !> Gives the chosen element ends at a node a new common node, by which they remain connected to each other.
+      subroutine release(node)
+         integer, intent(in) :: node
+         character(:), allocatable :: problem
+         type(release_t) :: new
+         integer :: i
+         problem = ''
+         if (all(chosen .eqv. (model%mesh%node == node))) problem = 'all ends at '//node_words(model%mesh, node)// &
+            ' would be released from it, and none stay: a joint needs a second element (an end that a support lets turn is PINNED)'
+         if (.not. any(chosen)) then
+            problem = 'no end of these elements is at '//node_words(model%mesh, node)
+            if (any(released)) problem = problem//', or it is released already'
+         end if
+         if (problem /= '') then
+            call deck%wrong('node or set', problem)
+            return
+         end if
+         call copy_node(deck%names, model, node)
+         new = release_t(node=node, own=model%mesh%n_nodes, free=free)
+         where (chosen) model%mesh%node = new%own
+         released = released .or. chosen
+         model%release = [model%release, new]
+         call deck%names%node%append(set, [new%own])
+         do i = 1, 3
+            if (.not. free(i)) then
+               model%tie = [model%tie, same_component(new%own, i, node)]
+            else if (stiffness > 0.0_wp) then
+               model%joint_spring = [model%joint_spring, joint_spring_t([node, new%own], i, stiffness)]
+            end if
+         end do
+      end subroutine release
+   end subroutine read_release_cards
 
    !> Reads the ties in the order of the deck.
    subroutine read_tie_cards(deck, model)

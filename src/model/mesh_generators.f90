@@ -12,16 +12,24 @@ module mesh_generators
    implicit none
    private
    public :: line_curve, arc_curve, ring_curve, ellipse_curve, path_curve, graded_division
-   public :: growing_mesh_t
+   public :: growing_mesh_t, new_element_t, new_growing_mesh
 
    real(wp), parameter :: radius_tolerance = 1.0e-6_wp !! relative difference of the two radii of an arc
 
-   !> Nodes, elements and curves that the deck has defined so far. The arrays may be larger than their contents.
+   !> An element of a mesh that grows; the components are those of mesh_t.
+   type :: new_element_t
+      integer :: label, node(2), family, stages, curve
+      real(wp) :: s(2)
+      logical :: placed
+   end type new_element_t
+
+   !> Nodes, elements and curves that the deck has defined so far. Only the first entries of the arrays are in use.
    type :: growing_mesh_t
-      type(mesh_t) :: mesh                   !! the mesh; n_nodes and n_elements are the numbers of entries in use
+      integer :: n_nodes = 0, n_elements = 0, n_curves = 0
+      integer, allocatable :: label(:)       !! (nodes) number of each node in the deck
+      real(wp), allocatable :: x(:, :)       !! (2, nodes) stress-free positions
+      type(new_element_t), allocatable :: element(:)
       type(curve_t), allocatable :: curve(:)
-      integer :: n_curves = 0
-      integer :: node_room = 0, element_room = 0 !! allocated lengths of the arrays of nodes and elements
    contains
       procedure :: add_node
       procedure :: add_element
@@ -182,55 +190,41 @@ contains
       s(n) = length
    end function graded_division
 
-   !> Appends a node to the mesh.
+   !> A mesh without nodes.
+   type(growing_mesh_t) function new_growing_mesh() result(grown)
+      integer, parameter :: room = 64 ! first length of the arrays
+      allocate (grown%label(room), grown%x(2, room), grown%element(room), grown%curve(room))
+   end function new_growing_mesh
+
+   !> Appends a node to the mesh. The length of a full array is doubled, so that the cost of appending an entry does not depend on the
+   !> size of the mesh.
    pure subroutine add_node(self, label, x)
       class(growing_mesh_t), intent(inout) :: self
       integer, intent(in) :: label !! number of the node in the deck
       real(wp), intent(in) :: x(2) !! position (x, y)
-      integer :: n
-      n = self%mesh%n_nodes + 1
-      self%mesh%n_nodes = n
-      if (n > self%node_room) then
-         self%node_room = 2 * n
-         call resize_nodes(self%mesh, self%node_room)
+      if (self%n_nodes == size(self%label)) then
+         self%label = [self%label, self%label]
+         self%x = reshape([self%x, self%x], [2, 2 * self%n_nodes])
       end if
-      self%mesh%node_label(n) = label
-      self%mesh%x(:, n) = x
+      self%n_nodes = self%n_nodes + 1
+      self%label(self%n_nodes) = label
+      self%x(:, self%n_nodes) = x
    end subroutine add_node
 
    !> Appends an element to the mesh.
-   pure subroutine add_element(self, label, node, family, stages, curve, s, placed)
+   pure subroutine add_element(self, element)
       class(growing_mesh_t), intent(inout) :: self
-      integer, intent(in) :: label          !! number of the element in the deck
-      integer, intent(in) :: node(2)        !! indices of the element's nodes
-      integer, intent(in) :: family, stages !! family and number of Gauss points, see mesh_t
-      integer, intent(in) :: curve          !! index of the element's curve; 0: straight between its nodes
-      real(wp), intent(in) :: s(2)          !! coordinates of the element's ends on the curve
-      logical, intent(in) :: placed         !! true: the deck leaves the number of elements open, see mesh_t
-      integer :: n
-      associate (mesh => self%mesh)
-         n = mesh%n_elements + 1
-         mesh%n_elements = n
-         if (n > self%element_room) then
-            self%element_room = 2 * n
-            call resize_elements(mesh, self%element_room)
-         end if
-         mesh%element_label(n) = label
-         mesh%node(:, n) = node
-         mesh%family(n) = family
-         mesh%stages(n) = stages
-         mesh%curve(n) = curve
-         mesh%s(:, n) = s
-         mesh%placed(n) = placed
-      end associate
+      type(new_element_t), intent(in) :: element
+      if (self%n_elements == size(self%element)) self%element = [self%element, self%element]
+      self%n_elements = self%n_elements + 1
+      self%element(self%n_elements) = element
    end subroutine add_element
 
    !> Appends a curve, whose index is then self%n_curves.
    pure subroutine add_curve(self, curve)
       class(growing_mesh_t), intent(inout) :: self
       type(curve_t), intent(in) :: curve
-      if (.not. allocated(self%curve)) allocate (self%curve(16))
-      if (self%n_curves == size(self%curve)) self%curve = [self%curve, self%curve] ! twice the room
+      if (self%n_curves == size(self%curve)) self%curve = [self%curve, self%curve]
       self%n_curves = self%n_curves + 1
       self%curve(self%n_curves) = curve
    end subroutine add_curve
@@ -240,37 +234,27 @@ contains
       class(growing_mesh_t), intent(in) :: self
       type(mesh_t), intent(out) :: mesh
       type(curve_t), allocatable, intent(out) :: curve(:)
-      mesh = self%mesh
-      call resize_nodes(mesh, mesh%n_nodes)
-      call resize_elements(mesh, mesh%n_elements)
+      integer :: e
+      mesh%n_nodes = self%n_nodes
+      mesh%node_label = self%label(:self%n_nodes)
+      mesh%x = self%x(:, :self%n_nodes)
       mesh%x_nominal = mesh%x
-      allocate (mesh%section(mesh%n_elements), source=0)
+      mesh%n_elements = self%n_elements
+      associate (n => self%n_elements)
+         allocate (mesh%element_label(n), mesh%node(2, n), mesh%family(n), mesh%stages(n), mesh%curve(n), mesh%s(2, n))
+         allocate (mesh%placed(n))
+         allocate (mesh%section(n), source=0)
+      end associate
+      do e = 1, self%n_elements
+         mesh%element_label(e) = self%element(e)%label
+         mesh%node(:, e) = self%element(e)%node
+         mesh%family(e) = self%element(e)%family
+         mesh%stages(e) = self%element(e)%stages
+         mesh%curve(e) = self%element(e)%curve
+         mesh%s(:, e) = self%element(e)%s
+         mesh%placed(e) = self%element(e)%placed
+      end do
       allocate (curve(self%n_curves))
       if (self%n_curves > 0) curve = self%curve(:self%n_curves)
    end subroutine take
-
-   !> Changes the length of the arrays of nodes. If they must grow, the length is doubled, so that the cost of appending an entry
-   !> does not depend on the size of the mesh.
-   pure subroutine resize_nodes(mesh, n)
-      type(mesh_t), intent(inout) :: mesh
-      integer, intent(in) :: n
-      if (.not. allocated(mesh%node_label)) allocate (mesh%node_label(0), mesh%x(2, 0))
-      mesh%node_label = reshape(mesh%node_label, [n], pad=[0])
-      mesh%x = reshape(mesh%x, [2, n], pad=[0.0_wp])
-   end subroutine resize_nodes
-
-   !> Changes the length of the arrays of elements, in the same way as resize_nodes.
-   pure subroutine resize_elements(mesh, n)
-      type(mesh_t), intent(inout) :: mesh
-      integer, intent(in) :: n
-      if (.not. allocated(mesh%node)) allocate (mesh%element_label(0), mesh%node(2, 0), mesh%family(0), mesh%stages(0), &
-         & mesh%curve(0), mesh%s(2, 0), mesh%placed(0))
-      mesh%element_label = reshape(mesh%element_label, [n], pad=[0])
-      mesh%node = reshape(mesh%node, [2, n], pad=[0])
-      mesh%family = reshape(mesh%family, [n], pad=[0])
-      mesh%stages = reshape(mesh%stages, [n], pad=[0])
-      mesh%curve = reshape(mesh%curve, [n], pad=[0])
-      mesh%s = reshape(mesh%s, [2, n], pad=[0.0_wp])
-      mesh%placed = reshape(mesh%placed, [n], pad=[.false.])
-   end subroutine resize_elements
 end module mesh_generators
