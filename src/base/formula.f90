@@ -5,7 +5,7 @@
 module formula
    use kinds, only: wp, pi, degree
    use printable_text, only: quoted
-   use text, only: parse_real, same_name, is_blank, nearest_word, word_index, word_at
+   use text, only: parse_real, same_name, blanks, nearest_word, word_index, word_at
    implicit none
    private
    public :: evaluate, is_plain_name, is_reserved
@@ -288,11 +288,9 @@ contains
       !> Position of the next character that is not blank. At the end of the text, and after an error, it is the position behind the
       !> text, so that every loop ends.
       integer function place()
-         do place = at, len(string)
-            if (wrong /= '') exit
-            if (.not. is_blank(string(place:place))) return
-         end do
-         place = len(string) + 1
+         place = 0
+         if (wrong == '') place = verify(string(at:), blanks)
+         place = merge(at - 1 + place, len(string) + 1, place > 0)
       end function place
 
       !> The next character that is not blank; at the end a blank.

@@ -3,8 +3,10 @@ module text
    use kinds, only: wp, i8
    implicit none
    private
-   public :: upper, squeeze, same_name, is_blank, to_text, rounded, nearest_word, plural
+   public :: upper, squeeze, same_name, blanks, to_text, rounded, nearest_word, plural
    public :: parse_integer, parse_real, word_count, word_at, word_index, separated
+
+   character(*), parameter :: blanks = ' '//achar(9) !! a blank and a tab
 
    !> The shortest text of an integer of either kind; or the shortest text of a real that reads back as the same number.
    interface to_text
@@ -39,7 +41,7 @@ contains
       allocate (character(len(string)) :: word) ! (an allocated text is not on the stack, which a long line of a deck would fill)
       n = 0
       do i = 1, len(string)
-         if (is_blank(string(i:i))) cycle
+         if (string(i:i) == ' ' .or. string(i:i) == achar(9)) cycle
          n = n + 1
          word(n:n) = string(i:i)
          if (string(i:i) >= 'a' .and. string(i:i) <= 'z') word(n:n) = achar(iachar(string(i:i)) - 32)
@@ -53,12 +55,6 @@ contains
       character(*), intent(in) :: second !! any name
       same_name = upper(trim(first)) == upper(trim(second))
    end function same_name
-
-   !> True for a blank or a tab.
-   pure logical function is_blank(letter)
-      character(1), intent(in) :: letter !! one character
-      is_blank = letter == ' ' .or. letter == achar(9)
-   end function is_blank
 
    pure function integer_to_text(value) result(string)
       integer, intent(in) :: value !! any integer

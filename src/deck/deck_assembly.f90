@@ -3,7 +3,7 @@
 !> Lines are processed before they are split into cards, because an included deck may contain cards, or data lines of the preceding
 !> card. Parameters are defined in the order of the lines.
 module deck_assembly
-   use text, only: squeeze, to_text
+   use text, only: squeeze, to_text, blanks
    use printable_text, only: quoted, quoted_path
    use errors, only: error_t
    use posix_files, only: longest_name
@@ -54,9 +54,8 @@ contains
       call a%read%add('')
       call a%expanded%add('')
       call a%record%add('')
-      allocate (a%origin(2, 1024), a%typed(16), a%file(16))
+      allocate (a%origin(2, 1024), a%typed(16), a%file(16), a%parameters%list(16))
       call add_file(a, source%name, 0)
-      call a%parameters%start()
       do i = 1, size(settings)
          call a%parameters%set(trim(settings(i)), wrong)
          if (wrong /= '') call a%diagnostics%add(place_t(), '--set '//quoted(trim(settings(i)))//': '//wrong)
@@ -69,7 +68,13 @@ contains
       whole%typed = a%typed(:a%n_typed)
       whole%parameter = a%parameters%list(:a%parameters%n)
       whole%expanded = a%expanded%text(:a%expanded%n)
-      whole%record = set_beforehand(a)//a%record%text(:a%record%n)
+      ! Parameters that were set on the command line and are not defined in the deck are defined before it.
+      whole%record = ''
+      do i = 1, a%parameters%n
+         if (a%parameters%list(i)%line == 0) whole%record = whole%record//a%parameters%list(i)%definition()//nl
+      end do
+      if (whole%record /= '') whole%record = '*PARAMETER'//nl//whole%record
+      whole%record = whole%record//a%record%text(:a%record%n)
       source = whole
       diagnostics = a%diagnostics
    end subroutine assemble_deck
@@ -97,18 +102,6 @@ contains
          end associate
       end do
    end subroutine check_settings
-
-   !> A *PARAMETER card with the parameters that were set on the command line and are not defined in the deck.
-   function set_beforehand(a) result(card)
-      type(assembly_t), intent(in) :: a
-      character(:), allocatable :: card
-      integer :: i
-      card = ''
-      do i = 1, a%parameters%n
-         if (a%parameters%list(i)%line == 0) card = card//a%parameters%list(i)%definition()//nl
-      end do
-      if (card /= '') card = '*PARAMETER'//nl//card
-   end function set_beforehand
 
    recursive subroutine take_file(a, source, file, depth)
       type(assembly_t), intent(inout) :: a
@@ -344,7 +337,7 @@ contains
       character(:), allocatable :: keyword
       integer :: star, comma
       keyword = ''
-      star = verify(line, ' '//achar(9))
+      star = verify(line, blanks)
       if (star == 0) return
       if (line(star:star) /= '*') return
       comma = index(line(star:), ',')

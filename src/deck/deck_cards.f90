@@ -4,7 +4,7 @@
 !> (lines that begin with **) and blank lines are allowed everywhere.
 module deck_cards
    use kinds, only: wp
-   use text, only: is_blank, squeeze
+   use text, only: blanks, squeeze
    use deck_source, only: deck_source_t, first_letter
    use diagnostics, only: diagnostics_t, place_t
    implicit none
@@ -198,15 +198,10 @@ contains
       !> The place from `from` to `to` without the blanks at both ends; last = first - 1 if nothing is left.
       pure type(place_t) function trimmed(line, from, to) result(place)
          integer, intent(in) :: line, from, to
-         place = place_t(line, from, to)
-         do while (place%last >= place%first)
-            if (.not. is_blank(letter_at(source, line, place%last))) exit
-            place%last = place%last - 1
-         end do
-         do while (place%first < place%last)
-            if (.not. is_blank(letter_at(source, line, place%first))) exit
-            place%first = place%first + 1
-         end do
+         associate (before => source%first(line) - 1)
+            place = place_t(line, from, from - 1 + verify(source%text(before + from:before + to), blanks, back=.true.))
+            if (place%last > place%first) place%first = from - 1 + verify(source%text(before + from:before + to), blanks)
+         end associate
       end function trimmed
 
       !> The part of a line from a column to the next comma or the end of the line, without the blanks at both ends.
@@ -257,11 +252,7 @@ contains
       type(deck_source_t), intent(in) :: source
       integer, intent(in) :: line !! number of the line, from 1; a line behind the last one is blank
       line_end = 0
-      if (line > source%n_lines) return
-      do line_end = source%last(line) - source%first(line) + 1, 1, -1
-         if (.not. is_blank(letter_at(source, line, line_end))) return
-      end do
-      line_end = 0
+      if (line <= source%n_lines) line_end = verify(source%text(source%first(line):source%last(line)), blanks, back=.true.)
    end function line_end
 
    !> Position in self%parameter of a parameter of a checked card; 0: not given.

@@ -1,7 +1,7 @@
 !> Parameters of a deck: their definition by *PARAMETER cards and the command line, and the replacement of ${...} by their values.
 module deck_parameters
    use kinds, only: wp, name_length
-   use text, only: to_text, is_blank, nearest_word, word_index
+   use text, only: to_text, blanks, nearest_word, word_index
    use printable_text, only: quoted, control_place, control_words
    use lookup, only: name_list_t
    use deck_source, only: growing_text_t, deck_parameter_t, spot_t
@@ -16,20 +16,14 @@ module deck_parameters
    !> All parameters defined so far.
    type :: deck_parameters_t
       integer :: n = 0
-      type(deck_parameter_t), allocatable :: list(:) !! only the first n entries are in use
+      type(deck_parameter_t), allocatable :: list(:) !! only the first n entries are in use; size 1 or more
       type(name_list_t) :: names               !! names of the parameters, in the order of `list`
       integer :: guesses = 0
    contains
-      procedure :: start, set, define, fill, note_use
+      procedure :: set, define, fill, note_use
    end type deck_parameters_t
 
 contains
-
-   !> Begins without parameters.
-   subroutine start(self)
-      class(deck_parameters_t), intent(out) :: self
-      allocate (self%list(16))
-   end subroutine start
 
    !> Adds a parameter NAME=VALUE from the command line, before the deck is read.
    subroutine set(self, string, wrong)
@@ -302,13 +296,6 @@ contains
    pure function stripped(string)
       character(*), intent(in) :: string
       character(:), allocatable :: stripped
-      integer :: first, last
-      do first = 1, len(string)
-         if (.not. is_blank(string(first:first))) exit
-      end do
-      do last = len(string), first, -1
-         if (.not. is_blank(string(last:last))) exit
-      end do
-      stripped = string(first:last)
+      stripped = string(max(1, verify(string, blanks)):verify(string, blanks, back=.true.))
    end function stripped
 end module deck_parameters

@@ -5,7 +5,7 @@
 module deck_source
    use kinds, only: wp
    use errors, only: error_t, fail
-   use text, only: to_text, is_blank
+   use text, only: to_text, blanks
    use file_kind, only: check_file
    use printable_text, only: quoted_path, shortened
    implicit none
@@ -208,13 +208,9 @@ contains
    !> Column of the first character of a line that is not blank; 0 for blank lines and for comments (lines that begin with **).
    pure integer function first_letter(line)
       character(*), intent(in) :: line
-      do first_letter = 1, len(line)
-         if (.not. is_blank(line(first_letter:first_letter))) exit
-      end do
-      if (first_letter > len(line)) first_letter = 0
-      if (first_letter > 0) then
-         if (index(line(first_letter:min(first_letter + 1, len(line))), '**') == 1) first_letter = 0
-      end if
+      first_letter = verify(line, blanks)
+      if (first_letter == 0) return
+      if (index(line(first_letter:min(first_letter + 1, len(line))), '**') == 1) first_letter = 0
    end function first_letter
 
    !> Line of a *PARAMETER card that would define this parameter.

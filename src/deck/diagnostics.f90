@@ -80,11 +80,9 @@ contains
          character(:), allocatable :: line, margin, shown
          character(8) :: number
          integer :: first, last, from, to
-         if (item%place%line == 0) then
-            string = printable(source%name)//': '//painted(printable(item%message), bold, paint)//new_line('a')
-            return
-         else if (source%n_lines == 0) then
-            string = printable(source%name)//':1:1: '//painted(printable(item%message), bold, paint)//new_line('a')
+         if (item%place%line == 0 .or. source%n_lines == 0) then
+            string = printable(source%name)//trim(merge(':1:1', '    ', item%place%line > 0))//': '// &
+               painted(printable(item%message), bold, paint)//new_line('a')
             return
          end if
          first = item%place%first

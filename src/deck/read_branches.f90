@@ -57,7 +57,11 @@ contains
       branch%mode = deck%integer('MODE')
       if (deck%given('OF')) call find_parent() ! this must be done before the name of the present card is added
       branch%increment = deck%real('INCREMENT')
-      if (deck%given('INCREMENT')) call check_increment()
+      ! If the step limits arc lengths, the first increment of a branch must be within the limits.
+      if (deck%given('INCREMENT') .and. step%method /= method_load .and. step%method /= method_displacement .and. &
+         (branch%increment < step%smallest .or. branch%increment > step%largest)) call deck%wrong('INCREMENT', &
+         'INCREMENT must lie between the smallest and the largest arc length of the step: '//to_text(step%smallest)//' to '// &
+         to_text(step%largest))
       branch%max_points = step%max_points
       if (deck%given('POINTS')) branch%max_points = deck%integer('POINTS')
       allocate (branch%stop(0))
@@ -93,14 +97,6 @@ contains
             call deck%wrong('OF', 'branch '//deck%text('OF')//' is not defined above this line in the step')
          end if
       end subroutine find_parent
-
-      !> If the step limits arc lengths, the first increment of a branch must be within the limits.
-      subroutine check_increment()
-         if (step%method == method_load .or. step%method == method_displacement) return
-         if (branch%increment >= step%smallest .and. branch%increment <= step%largest) return
-         call deck%wrong('INCREMENT', 'INCREMENT must lie between the smallest and the largest arc length of the step: '// &
-            to_text(step%smallest)//' to '//to_text(step%largest))
-      end subroutine check_increment
    end subroutine read_branch
 
    !> Reads the limit curves of all steps.

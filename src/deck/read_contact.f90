@@ -118,7 +118,8 @@ contains
       type(contact_t), intent(inout) :: contact         ! out: components along, distributed and needs are set
       integer, intent(inout) :: touched(:)
       character(:), allocatable :: set
-      logical :: soil
+      logical :: soil, may_overlap
+      may_overlap = obstacle%bilateral .or. deck%names%pushed_out%find(obstacle%name) > 0
       soil = deck%at%keyword == 'AXIAL SOIL'
       set = 'NSET'
       if (soil) set = 'ELSET'
@@ -148,7 +149,7 @@ contains
             end associate
          end do
          call check_size()
-         if (obstacle%bilateral .or. deck%names%pushed_out%find(obstacle%name) > 0) return
+         if (may_overlap) return
          ! If obstacles or imperfections have errors, the positions of the obstacle or of the nodes may be wrong: no further
          ! message.
          if (.not. (deck%names%obstacle%incomplete .or. deck%names%imperfections_incomplete)) call check_start()
@@ -219,7 +220,7 @@ contains
 
       !> Determines whether the obstacle may act anywhere along the rod; an error is added if POINTS=ALONG is impossible.
       subroutine read_points()
-         character(:), allocatable :: reason
+         character(:), allocatable :: reason, overlap
          reason = ''
          if (obstacle%rigid) then
             contact%along = .not. obstacle%bilateral
@@ -227,21 +228,18 @@ contains
          else
             reason = distribution_needs()
             contact%distributed = reason == ''
-            if (reason /= '' .and. .not. acts_at_nodes()) contact%needs = reason
+            ! Contact with coupled ground, or without an element between its nodes, always acts at nodes.
+            if (reason /= '' .and. obstacle%ground == ground_independent .and. any(within_contact())) contact%needs = reason
          end if
-         if (contact%along .or. contact%distributed) call check_between()
+         ! If contact is possible anywhere along the rod, obstacles must not penetrate the stress-free structure between the nodes
+         ! either.
+         if ((contact%along .or. contact%distributed) .and. .not. may_overlap) then
+            call overlap_between(model, contact, overlap)
+            if (overlap /= '') call deck%wrong(set, overlap)
+         end if
          if (soil) return
          if (reason /= '' .and. deck%word('POINTS') == 'ALONG') call deck%wrong('POINTS', 'ALONG needs '//reason)
       end subroutine read_points
-
-      !> If contact is possible anywhere along the rod, obstacles must not penetrate the stress-free structure between the nodes
-      !> either.
-      subroutine check_between()
-         character(:), allocatable :: overlap
-         if (obstacle%bilateral .or. deck%names%pushed_out%find(obstacle%name) > 0) return
-         call overlap_between(model, contact, overlap)
-         if (overlap /= '') call deck%wrong(set, overlap)
-      end subroutine check_between
 
       !> True for the elements with both nodes in a contact.
       pure function within_contact() result(within)
@@ -266,11 +264,6 @@ contains
             entering(model%mesh%node(2, e)) = entering(model%mesh%node(2, e)) + 1
          end do
       end subroutine count_elements
-
-      !> True for a contact with a foundation that must act at nodes: coupled ground, or no element with both nodes in the contact.
-      logical function acts_at_nodes() result(at_nodes)
-         at_nodes = obstacle%ground /= ground_independent .or. .not. any(within_contact())
-      end function acts_at_nodes
 
       !> Condition for reactions inside elements that a contact with a foundation does not satisfy; '' if its nodes are those of
       !> unbranched chains of GE elements.

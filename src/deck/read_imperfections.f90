@@ -165,7 +165,7 @@ contains
       type(checked_deck_t), intent(inout) :: deck       !! contains the mesh and the names of the steps
       type(model_t), intent(inout) :: model             !! in: contains all other imperfections; out: also step%mode_offset
       type(chain_t) :: chain
-      integer :: s, from_step
+      integer :: s, from_step, mode
       logical :: of_mode, ok
       do while (deck%next_card('IMPERFECTION'))
          s = deck%at%step
@@ -177,7 +177,15 @@ contains
          if (model%step(s)%n_modes > 0) cycle ! another procedure reports this error
          call find_buckling_step(from_step)
          call follow_chain(deck, model, deck%elements('ELSET'), chain, ok)
-         if (ok .and. from_step > 0) call read_modes(model%step(from_step)%n_modes, model%step(s)%mode_offset)
+         if (.not. ok .or. from_step == 0) cycle
+         do while (deck%next_line())
+            mode = deck%integer('mode')
+            associate (found => model%step(from_step)%n_modes) ! 0: unknown because of an error
+               if (found > 0 .and. mode > found) call deck%wrong('mode', 'that step finds '//plural(found, 'mode')//' only')
+            end associate
+            model%step(s)%mode_offset = [model%step(s)%mode_offset, mode_offset_t(step=from_step, mode=mode, &
+               amplitude=deck%real('amplitude'), element=chain%element, line=deck%at%card_at)]
+         end do
       end do
 
    contains
@@ -196,19 +204,6 @@ contains
          end if
          step = 0
       end subroutine find_buckling_step
-
-      !> Reads data lines: mode, amplitude.
-      subroutine read_modes(n_modes, mode_offset)
-         integer, intent(in) :: n_modes    ! number of modes of the buckling step; 0: unknown because of an error
-         type(mode_offset_t), allocatable, intent(inout) :: mode_offset(:)
-         integer :: mode
-         do while (deck%next_line())
-            mode = deck%integer('mode')
-            if (n_modes > 0 .and. mode > n_modes) call deck%wrong('mode', 'that step finds '//plural(n_modes, 'mode')//' only')
-            mode_offset = [mode_offset, mode_offset_t(step=from_step, mode=mode, amplitude=deck%real('amplitude'), &
-               element=chain%element, line=deck%at%card_at)]
-         end do
-      end subroutine read_modes
    end subroutine read_mode_imperfection_cards
 
    !> Checks that the elements form one smooth chain of whole curves.

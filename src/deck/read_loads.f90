@@ -302,15 +302,20 @@ contains
 
       !> Reads a data line of *CONTACT INTERFERENCE: obstacle, value; with SHRINK: obstacle.
       subroutine read_interference()
-         integer :: obstacle
-         logical :: ok
+         integer :: obstacle, c
+         logical :: ok, behind ! behind: the structure begins behind the obstacle
          call deck%touched_obstacle('obstacle', obstacle, ok)
          if (.not. ok) return
+         behind = .false.
+         do c = 1, size(model%contact)
+            if (deck%given('SHRINK') .and. model%contact(c)%obstacle == obstacle) behind = behind .or. &
+               deepest_overlap(model, model%contact(c)) > 0.0_wp
+         end do
          if (.not. deck%given('SHRINK')) then
             load%closing(obstacle) = load%closing(obstacle) + deck%real('interference')
          else if (shrunk_in(obstacle) > 0) then
             call deck%wrong('obstacle', deck%source%line_words(shrunk_in(obstacle))//' pushes out all that penetrates already')
-         else if (.not. (deck%names%contacts_incomplete .or. deck%names%mesh_incomplete .or. begins_behind(obstacle) .or. &
+         else if (.not. (deck%names%contacts_incomplete .or. deck%names%mesh_incomplete .or. behind .or. &
             deck%names%has_modes)) then
             call deck%wrong('obstacle', 'nothing begins behind '//trim(model%obstacle(obstacle)%name))
          else
@@ -318,15 +323,5 @@ contains
             if (model%step(deck%at%step)%n_modes == 0) shrunk_in(obstacle) = deck%at%line_at
          end if
       end subroutine read_interference
-
-      !> True if the structure begins behind the obstacle.
-      logical function begins_behind(obstacle) result(behind)
-         integer, intent(in) :: obstacle
-         integer :: c
-         behind = .false.
-         do c = 1, size(model%contact)
-            if (model%contact(c)%obstacle == obstacle) behind = behind .or. deepest_overlap(model, model%contact(c)) > 0.0_wp
-         end do
-      end function begins_behind
    end subroutine read_line
 end module read_loads

@@ -38,32 +38,30 @@ contains
    subroutine read_law(deck, law)
       type(checked_deck_t), intent(inout) :: deck
       type(law_t), intent(inout) :: law
-      real(wp) :: penetration, force
+      real(wp) :: penetration, force, last
       integer :: n
+      last = 0.0_wp
       do while (deck%next_line())
          penetration = deck%real('penetration')
          force = deck%real('force')
          n = size(law%force)
-         if (n == 0) then
-            if (abs(penetration) > 0.0_wp) then
-               call deck%wrong('penetration', 'the first point of a law is 0, 0')
-               return
-            else if (abs(force) > 0.0_wp) then
-               call deck%wrong('force', 'the first point of a law is 0, 0')
-               return
-            end if
-         else if (.not. penetration > law%penetration(n)) then
+         if (n == 0 .and. abs(penetration) > 0.0_wp) then
+            call deck%wrong('penetration', 'the first point of a law is 0, 0')
+         else if (n == 0 .and. abs(force) > 0.0_wp) then
+            call deck%wrong('force', 'the first point of a law is 0, 0')
+         else if (n > 0 .and. .not. penetration > last) then
             call deck%wrong('penetration', 'penetrations must rise from line to line')
-            return
          else if (n == 1 .and. .not. force > 0.0_wp) then
             call deck%wrong('force', 'the force must rise from 0 at first; for a clearance use GAP of *CONTACT')
-            return
-         else if (.not. force > 0.0_wp) then
+         else if (n > 1 .and. .not. force > 0.0_wp) then
             call deck%wrong('force', 'the force must stay above 0: contact ends where the penetration does, not where the law ends')
-            return
+         else
+            law%penetration = [law%penetration, penetration]
+            law%force = [law%force, force]
+            last = penetration
+            cycle
          end if
-         law%penetration = [law%penetration, penetration]
-         law%force = [law%force, force]
+         return
       end do
       n = size(law%force)
       if (law%force(n) < law%force(n - 1)) call deck%wrong('force', &
@@ -153,7 +151,17 @@ contains
          case ('ARC')
             obstacle%kind = obstacle_arc
             call read_centre()
-            call read_arc()
+            obstacle%angle = [deck%real('start'), deck%real('end')] * degree
+            associate (turn => abs(deck%real('end') - deck%real('start')))
+               ok = turn > 0.0_wp .and. turn <= half_turn
+               if (turn <= 0.0_wp) then
+                  call deck%wrong('end', 'the arc ends where it starts')
+               else if (.not. ok) then
+                  call deck%wrong('end', 'the arc turns by '//to_text(turn)//' degrees; beyond 180 its straight continuations meet')
+               else
+                  obstacle%curve = arc_curve(obstacle%centre, obstacle%radius, obstacle%angle(1), obstacle%angle(2))
+               end if
+            end associate
          case ('POLYLINE')
             obstacle%kind = obstacle_polyline
             call read_points(obstacle%point, radius)
@@ -183,23 +191,6 @@ contains
          obstacle%radius = deck%real('radius')
          obstacle%reference_angle = deck%real('REFERENCE') * degree
       end subroutine read_centre
-
-      !> Reads the two angles of an arc.
-      subroutine read_arc()
-         real(wp) :: angle(2), turn
-         angle = [deck%real('start'), deck%real('end')]
-         turn = abs(angle(2) - angle(1))
-         obstacle%angle = angle * degree
-         ok = .false.
-         if (.not. turn > 0.0_wp) then
-            call deck%wrong('end', 'the arc ends where it starts')
-         else if (turn > half_turn) then
-            call deck%wrong('end', 'the arc turns by '//to_text(turn)//' degrees; beyond 180 its straight continuations meet')
-         else
-            ok = .true.
-            obstacle%curve = arc_curve(obstacle%centre, obstacle%radius, obstacle%angle(1), obstacle%angle(2))
-         end if
-      end subroutine read_arc
 
       !> Reads the points of a polyline or spline; neighbouring points must be different.
       subroutine read_points(point, radius)
@@ -270,8 +261,8 @@ contains
       end subroutine read_polyline
    end subroutine read_obstacle_cards
 
-   !> Adds the points behind the ends of a spline, of an obstacle or of a rod, that parameters ENDS, START and END request: closed, or
-   !> with a direction at which its mirror image continues it. Errors are added to the deck.
+   !> Adds the points behind the ends of a spline, of an obstacle or of a rod, that parameters ENDS, START and END request: closed,
+   !> or with a direction at which its mirror image continues it. Errors are added to the deck.
    subroutine end_spline(deck, point, closed, ok)
       type(checked_deck_t), intent(inout) :: deck       !! deck, with the position at the last line of the card
       real(wp), allocatable, intent(inout) :: point(:, :) !! (2, points) points; neighbouring points are different

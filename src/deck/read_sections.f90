@@ -2,7 +2,7 @@
 module read_sections
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_positive_inf
    use kinds, only: wp
-   use text, only: to_text
+   use text, only: to_text, word_index
    use model, only: model_t
    use cross_section, only: section_t, local_section
    use element_families, only: collocates
@@ -16,8 +16,7 @@ module read_sections
    !> Constants of a material: Young's modulus, Poisson's ratio, density, coefficient of thermal expansion.
    type :: material_t
       real(wp) :: e = 1.0_wp, nu = 0.0_wp, rho = 0.0_wp, alpha = 0.0_wp
-      integer :: elastic_line = 0, density_line = 0, expansion_line = 0 !! lines of the deck with *ELASTIC, *DENSITY and *EXPANSION;
-      !! 0: not given
+      integer :: line(3) = 0 !! lines of the deck with *ELASTIC, *DENSITY and *EXPANSION; 0: not given
    end type material_t
 
 contains
@@ -27,9 +26,16 @@ contains
       type(checked_deck_t), intent(inout) :: deck       !! out: with the names of the materials added
       type(model_t), intent(inout) :: model             !! out: with section and mesh%section added
       type(material_t), allocatable :: material(:)
+      character(:), allocatable :: message
+      integer :: e, n
       call read_materials(deck, material)
       call read_beam_sections(deck, material, model)
-      if (.not. (deck%names%mesh_incomplete .or. deck%names%sections_incomplete)) call check_complete(deck, model)
+      n = count(model%mesh%section == 0)
+      if (n == 0 .or. deck%names%mesh_incomplete .or. deck%names%sections_incomplete) return
+      e = findloc(model%mesh%section, 0, 1)
+      message = element_words(model%mesh, e)//' has no *BEAM SECTION'
+      if (n > 1) message = to_text(n)//' elements have no *BEAM SECTION, the first is '//element_words(model%mesh, e)
+      call deck%wrong_at_line(deck%names%element%line(e), message)
    end subroutine read_section_cards
 
    subroutine read_materials(deck, material)
@@ -52,31 +58,23 @@ contains
    subroutine read_constants(deck, material)
       type(checked_deck_t), intent(inout) :: deck
       type(material_t), intent(inout) :: material
-      logical :: sound
-      sound = deck%next_line()
+      integer :: kind ! number of the card in the order of material%line
+      kind = word_index('ELASTIC|DENSITY|EXPANSION', deck%at%keyword)
+      associate (list => deck%names%material, earlier => material%line(kind))
+         if (earlier > 0) call deck%wrong_card('material '//trim(list%name(list%n))//' has it already, from '// &
+            deck%source%line_words(earlier))
+         earlier = deck%at%card_at
+      end associate
+      if (.not. deck%next_line()) return
       select case (deck%at%keyword)
       case ('ELASTIC')
-         call only_once(material%elastic_line)
-         if (sound) material%e = deck%real('E')
-         if (sound) material%nu = deck%real('nu')
+         material%e = deck%real('E')
+         material%nu = deck%real('nu')
       case ('DENSITY')
-         call only_once(material%density_line)
-         if (sound) material%rho = deck%real('rho')
+         material%rho = deck%real('rho')
       case ('EXPANSION')
-         call only_once(material%expansion_line)
-         if (sound) material%alpha = deck%real('alpha')
+         material%alpha = deck%real('alpha')
       end select
-
-   contains
-
-      subroutine only_once(earlier)
-         integer, intent(inout) :: earlier
-         associate (list => deck%names%material)
-            if (earlier > 0) call deck%wrong_card('material '//trim(list%name(list%n))//' has it already, from '// &
-               deck%source%line_words(earlier))
-         end associate
-         earlier = deck%at%card_at
-      end subroutine only_once
    end subroutine read_constants
 
    subroutine read_beam_sections(deck, material, model)
@@ -93,7 +91,7 @@ contains
          if (deck%given('MATERIAL')) then
             m = deck%named('MATERIAL', deck%names%material, 'material')
             if (m > 0) then
-               if (material(m)%elastic_line == 0) call deck%wrong('MATERIAL', 'material '//trim(deck%names%material%name(m))// &
+               if (material(m)%line(1) == 0) call deck%wrong('MATERIAL', 'material '//trim(deck%names%material%name(m))// &
                   ' has no *ELASTIC')
             end if
          end if
@@ -184,18 +182,4 @@ contains
          call read_distributed(deck, model, name, elements, section%dimension(i), positive=.true.)
       end subroutine read_dimension
    end subroutine read_beam_sections
-
-   !> Reports elements without a section, at the line of the deck that defines the first of them.
-   subroutine check_complete(deck, model)
-      type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(in) :: model
-      character(:), allocatable :: message
-      integer :: e, n
-      n = count(model%mesh%section == 0)
-      if (n == 0) return
-      e = findloc(model%mesh%section, 0, 1)
-      message = element_words(model%mesh, e)//' has no *BEAM SECTION'
-      if (n > 1) message = to_text(n)//' elements have no *BEAM SECTION, the first is '//element_words(model%mesh, e)
-      call deck%wrong_at_line(deck%names%element%line(e), message)
-   end subroutine check_complete
 end module read_sections

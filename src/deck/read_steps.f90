@@ -36,7 +36,13 @@ contains
       do while (deck%next_card('STATIC|BUCKLE|CONTROLS'))
          associate (step => model%step(deck%at%step))
             if (deck%at%keyword == 'STATIC') call read_static(deck, model, step)
-            if (deck%at%keyword == 'BUCKLE') call read_buckle(deck, model%fixed, step%n_modes)
+            if (deck%at%keyword == 'BUCKLE') then
+               if (deck%next_line()) step%n_modes = deck%integer('modes')
+               associate (free => count(.not. model%fixed))
+                  if (step%n_modes > free .and. .not. deck%names%mesh_incomplete) call deck%wrong('modes', 'there are only '// &
+                     plural(free, 'free degree')//' of freedom')
+               end associate
+            end if
             if (deck%at%keyword == 'CONTROLS') call read_controls(deck, step)
          end associate
       end do
@@ -104,18 +110,6 @@ contains
             to_text(abs(step%increment))//' in '//to_text(step%smallest)//' to '//to_text(step%largest))
       end if
    end subroutine read_static
-
-   !> Reads *BUCKLE: number of modes.
-   subroutine read_buckle(deck, fixed, n_modes)
-      type(checked_deck_t), intent(inout) :: deck
-      logical, intent(in) :: fixed(:, :)
-      integer, intent(out) :: n_modes
-      n_modes = 0
-      if (.not. deck%next_line()) return
-      n_modes = deck%integer('modes')
-      if (n_modes > count(.not. fixed) .and. .not. deck%names%mesh_incomplete) call deck%wrong('modes', 'there are only '// &
-         plural(count(.not. fixed), 'free degree')//' of freedom')
-   end subroutine read_buckle
 
    subroutine read_controls(deck, step)
       type(checked_deck_t), intent(inout) :: deck

@@ -60,7 +60,14 @@ contains
                if (other == 0) cycle
             end if
             do i = 1, size(nodes)
-               problem = spring_problem(nodes(i))
+               problem = ''
+               if (other == 0) then
+                  if (model%fixed(dof, nodes(i))) problem = 'is supported in this degree of freedom already'
+               else if (all(model%fixed(dof, [nodes(i), other]))) then
+                  problem = 'is supported in this degree of freedom, and the second node, too'
+               else if (nodes(i) == other) then
+                  problem = 'is the second node, too'
+               end if
                if (problem /= '') then
                   call deck%wrong('node or set', node_words(model%mesh, nodes(i))//' '//problem)
                   exit
@@ -74,21 +81,6 @@ contains
             end do
          end do
       end do
-
-   contains
-
-      !> Reason why a node cannot have a spring to the ground or to another node; '' if it can.
-      function spring_problem(node) result(problem)
-         integer, intent(in) :: node
-         character(:), allocatable :: problem
-         problem = ''
-         if (other == 0) then
-            if (model%fixed(dof, node)) problem = 'is supported in this degree of freedom already'
-         else
-            if (node == other) problem = 'is the second node, too'
-            if (all(model%fixed(dof, [node, other]))) problem = 'is supported in this degree of freedom, and the second node, too'
-         end if
-      end function spring_problem
    end subroutine read_spring_cards
 
    !> Components in a range of degrees of freedom, or for a word of *BOUNDARY. If they are invalid, an error is added and none is
@@ -150,7 +142,11 @@ contains
             obstacle%point = reshape([0.0_wp, 0.0_wp, normal(2), -normal(1)], [2, 2])
             obstacle%rigid = .not. deck%given('LAW')
             if (deck%given('LAW')) obstacle%law = deck%named('LAW', deck%names%law, 'foundation law')
-            if (keyword == 'GAP') call read_stiffness()
+            if (keyword == 'GAP') then
+               if (deck%given('STIFFNESS') .and. deck%given('LAW')) call deck%wrong('LAW', 'a stop has either STIFFNESS or LAW')
+               obstacle%rigid = obstacle%rigid .and. .not. deck%given('STIFFNESS')
+               obstacle%modulus = deck%real('STIFFNESS')
+            end if
             model%obstacle = [model%obstacle, obstacle]
             held_in = spread(0, 1, model%mesh%n_nodes)
             do while (deck%next_line())
@@ -183,14 +179,6 @@ contains
          if (.not. member%bilateral) member%inside = deck%word('MEMBER') == 'PULL'
          if (member%radius <= 0.0_wp) call deck%wrong('second node', 'a member between nodes at one place has no direction')
       end subroutine place_member
-
-      !> Reads the stiffness of stops.
-      subroutine read_stiffness()
-         if (.not. deck%given('STIFFNESS')) return
-         if (deck%given('LAW')) call deck%wrong('LAW', 'a stop has either STIFFNESS or LAW')
-         obstacle%rigid = .false.
-         obstacle%modulus = deck%real('STIFFNESS')
-      end subroutine read_stiffness
 
       !> Reads a data line: node or set, clearance (*GAP), second node. The second node is a part of the structure, as for springs.
       subroutine read_nodes()

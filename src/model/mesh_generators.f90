@@ -196,8 +196,8 @@ contains
       allocate (grown%label(room), grown%x(2, room), grown%element(room), grown%curve(room))
    end function new_growing_mesh
 
-   !> Appends a node to the mesh. The length of a full array is doubled: the cost of appending an entry does not depend on the size of
-   !> the mesh.
+   !> Appends a node to the mesh. The length of a full array is doubled, so that the cost of appending an entry does not depend on
+   !> the size of the mesh.
    pure subroutine add_node(self, label, x)
       class(growing_mesh_t), intent(inout) :: self
       integer, intent(in) :: label !! number of the node in the deck
