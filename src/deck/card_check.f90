@@ -4,19 +4,16 @@
 !> Relations between cards are checked by the readers.
 module card_check
    use kinds, only: wp
-   use text, only: to_text, plural, nearest_word, word_at, word_count, word_index, separated
+   use text, only: to_text, plural, nearest_word, word_at, word_index, separated
    use printable_text, only: quoted
    use diagnostics, only: place_t
    use card_spec, only: card_spec_t, layout_t, item_t, find_item, in_model, in_step, outside_step, kind_flag
-   use deck_cards, only: deck_t, card_t
+   use deck_cards, only: deck_t
    use card_table, only: find_card, cards, layouts, items, card_names, foreign_answer
    use item_values, only: convert, value_error, choices
    implicit none
    private
    public :: check_cards, known_card
-
-   !> Keywords, between bars, of cards whose default values the readers need even if the deck does not contain the cards.
-   character(*), parameter :: always = 'CONTROLS|ACCURACY'
 
    !> What is known from the cards checked so far.
    type :: reading_t
@@ -47,10 +44,6 @@ contains
             cycle
          end if
          call check_card(deck, card, cards(deck%card(card)%spec), reading)
-      end do
-      do card = 1, word_count(always)
-         deck%card = [deck%card(:deck%n_cards + card - 1), card_t(keyword=word_at(always, card), &
-            & spec=find_card(word_at(always, card)))]
       end do
       if (reading%open) call deck%complain(reading%open_card, deck%card(reading%open_card)%place, 'its *END STEP is missing')
    end subroutine check_cards

@@ -7,7 +7,7 @@ module card_values
    use text, only: word_at
    use diagnostics, only: place_t
    use card_spec, only: item_t, kind_word, kind_dof
-   use card_table, only: cards, layouts, items
+   use card_table, only: find_card, cards, layouts, items
    use item_values, only: convert
    use deck_cards, only: deck_t, line_end
    implicit none
@@ -30,7 +30,7 @@ module card_values
    type, extends(deck_t) :: card_values_t
       type(position_t) :: at !! the card and the line to which the procedures below refer
    contains
-      procedure :: next_card, next_line, rewind, at_card, at_line, last_card, left_out
+      procedure :: next_card, next_line, rewind, at_card, at_line, last_card, visit_omitted
       procedure :: field_name, lines_sound
       procedure :: given, count => count_of, text => text_of, word, integer => integer_of, real => real_of
       procedure :: wrong, wrong_card, wrong_line, wrong_at_line
@@ -125,15 +125,16 @@ contains
       card = 0
    end function last_card
 
-   !> Position at a card without parameters, which stands for a card that the deck may omit: all values are their defaults.
-   pure type(position_t) function left_out(self, keyword) result(at)
-      class(card_values_t), intent(in) :: self
-      character(*), intent(in) :: keyword    !! keyword of the card, one of those listed in card_check
-      integer :: card
-      do card = self%n_cards + 1, size(self%card)
-         if (self%card(card)%keyword == keyword) at = self%at_card(card)
-      end do
-   end function left_out
+   !> Moves to a card that stands for one that the deck omits: it has no parameters, so that all values are their defaults.
+   subroutine visit_omitted(self, keyword)
+      class(card_values_t), intent(inout) :: self
+      character(*), intent(in) :: keyword    !! keyword of the card
+      associate (card => self%card(self%n_cards + 1))
+         card%keyword = keyword
+         card%spec = find_card(keyword)
+      end associate
+      self%at = self%at_card(self%n_cards + 1)
+   end subroutine visit_omitted
 
    !> Name of a field of the data lines.
    pure function field_name(self, column) result(name)

@@ -44,7 +44,7 @@ module deck_cards
       type(deck_source_t) :: source
       integer :: n_cards = 0, n_parameters = 0, n_lines = 0, n_fields = 0
       type(card_t), allocatable :: card(:) !! of this and the following arrays only the first n_... entries are in use. Behind them
-      !! there are cards without parameters, which stand for cards that a deck may omit (card_check)
+      !! there is one card without parameters, which stands for a card that the deck omits (card_values)
       type(parameter_t), allocatable :: parameter(:)
       type(data_line_t), allocatable :: data_line(:)
       type(place_t), allocatable :: field(:)
@@ -65,7 +65,7 @@ contains
       deck%source = source
       commas = occurrences(source%text, ',')
       ! A line has at most as many parameters as commas, and one more field than commas.
-      allocate (deck%card(occurrences(source%text, '*')), deck%parameter(commas), deck%data_line(source%n_lines), &
+      allocate (deck%card(occurrences(source%text, '*') + 1), deck%parameter(commas), deck%data_line(source%n_lines), &
          & deck%field(source%n_lines + commas))
       misplaced = .false.
       line = 0

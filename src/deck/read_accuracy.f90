@@ -24,7 +24,7 @@ contains
       integer :: s, k
       logical :: makes_mesh
       makes_mesh = any(model%mesh%placed)
-      deck%at = deck%left_out('ACCURACY')
+      call deck%visit_omitted('ACCURACY')
       do s = 1, size(model%step)
          model%step(s)%asked_of = [(k, k=0, size(model%monitor))]
          model%step(s)%widest_bar = widest

@@ -85,7 +85,15 @@ contains
          end if
          call read_foundation()
          ok = deck%lines_sound()
-         if (ok) call check_ground()
+         if (ok .and. obstacle%ground /= ground_independent) then
+            ok = deck%word('TYPE') == 'LINE'
+            if (.not. ok) call deck%wrong('FOUNDATION', deck%word('FOUNDATION')// &
+               ' needs TYPE=LINE: it carries load along a plane surface')
+         end if
+         if (obstacle%ground == ground_half_space .and. deck%lines_sound() .and. .not. deck%given('WIDTH')) then
+            call deck%wrong('FOUNDATION', 'HALF SPACE needs WIDTH, of the strip that presses on it')
+            ok = .false.
+         end if
          if (ok) call read_shape()
          if (.not. ok) then
             ! An invalid obstacle is replaced by one for which gaps can be computed, so that cards that refer to it can still be
@@ -122,16 +130,6 @@ contains
             obstacle%law = deck%named('LAW', deck%names%law, 'foundation law')
          end select
       end subroutine read_foundation
-
-      !> Checks the requirements of coupled ground.
-      subroutine check_ground()
-         ok = obstacle%ground == ground_independent .or. deck%word('TYPE') == 'LINE'
-         if (.not. ok) call deck%wrong('FOUNDATION', deck%word('FOUNDATION')// &
-            ' needs TYPE=LINE: it carries load along a plane surface')
-         if (obstacle%ground /= ground_half_space .or. deck%given('WIDTH')) return
-         call deck%wrong('FOUNDATION', 'HALF SPACE needs WIDTH, of the strip that presses on it')
-         ok = .false.
-      end subroutine check_ground
 
       !> Reads kind, position and size of the obstacle.
       subroutine read_shape()

@@ -28,7 +28,7 @@ contains
       do while (deck%next_card('STEP', also_bad=.true.))
          call name_step(deck, model%step(deck%at%step))
       end do
-      deck%at = deck%left_out('CONTROLS')
+      call deck%visit_omitted('CONTROLS')
       do s = 1, size(model%step)
          call read_controls(deck, model%step(s))
       end do
@@ -243,8 +243,12 @@ contains
       logical :: limited
       integer :: controls
       if (step%method == method_displacement .and. step%monitor > 0) then
-         if (cannot_move(model, step)) call deck%wrong('MONITOR', 'monitor '//trim(model%monitor(step%monitor)%name)// &
-            ' cannot move: all its nodes are supported in this direction')
+         associate (monitor => model%monitor(step%monitor))
+            if (monitor%quantity == quantity_displacement .and. size(monitor%node) > 0 .and. &
+               all(model%fixed(monitor%component, monitor%node)) .and. &
+               .not. any(abs(step%load%displacement(monitor%component, monitor%node)) > 0.0_wp)) call deck%wrong('MONITOR', &
+               'monitor '//trim(monitor%name)//' cannot move: all its nodes are supported in this direction')
+         end associate
       end if
       if (deck%last_card('STOP', deck%at%step) > 0) return
       if (step%method == method_load) then
@@ -264,17 +268,4 @@ contains
       end if
       if (.not. limited) call deck%wrong_card('the step has no end: give *STOP, or POINTS on *CONTROLS')
    end subroutine check_path
-
-   !> True if supports fix the component of the controlled monitor at all its nodes, and the step prescribes no displacement of
-   !> them.
-   pure logical function cannot_move(model, step)
-      type(model_t), intent(in) :: model
-      type(step_t), intent(in) :: step
-      cannot_move = .false.
-      associate (monitor => model%monitor(step%monitor))
-         if (monitor%quantity /= quantity_displacement .or. size(monitor%node) == 0) return
-         cannot_move = all(model%fixed(monitor%component, monitor%node)) .and. &
-            .not. any(abs(step%load%displacement(monitor%component, monitor%node)) > 0.0_wp)
-      end associate
-   end function cannot_move
 end module read_steps
