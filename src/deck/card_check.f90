@@ -132,7 +132,10 @@ contains
             place = parameter%name
             parameter%item = item_named(deck%text_at(place))
             if (parameter%item == 0) then
-               wrong = unknown_parameter(spec, deck%text_at(place))
+               wrong = foreign_answer('parameter', trim(spec%keyword), deck%text_at(place))
+               if (wrong == '' .and. spec%names == '') wrong = '; the card has none'
+               if (wrong == '') wrong = '; '//choices(spec%names, deck%text_at(place))
+               wrong = 'unknown parameter '//quoted(deck%text_at(place))//wrong
                if (place%line > deck%card(card)%place%line) &
                   wrong = wrong//' (the line above ends in a comma, so the keyword goes on here)'
                return
@@ -286,14 +289,4 @@ contains
          string = '; unilat --cards lists the keywords there are'
       end if
    end function known_card
-
-   pure function unknown_parameter(spec, name) result(string)
-      type(card_spec_t), intent(in) :: spec
-      character(*), intent(in) :: name
-      character(:), allocatable :: string
-      string = foreign_answer('parameter', trim(spec%keyword), name)
-      if (string == '' .and. spec%names == '') string = '; the card has none'
-      if (string == '') string = '; '//choices(spec%names, name)
-      string = 'unknown parameter '//quoted(name)//string
-   end function unknown_parameter
 end module card_check

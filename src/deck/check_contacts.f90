@@ -8,7 +8,7 @@
 module check_contacts
    use kinds, only: wp
    use text, only: to_text
-   use model, only: model_t, contact_t, tie_t
+   use model, only: model_t, contact_t
    use obstacle_types, only: ground_independent, ground_half_space
    use obstacle_geometry, only: obstacle_gap
    use rod_geometry, only: geometry_t, new_geometry
@@ -212,7 +212,9 @@ contains
             associate (tie => model%tie(i))
                if (tie%node /= lead .or. tie%component == 3) cycle
                found = found + 1
-               if (.not. is_plain_tie(tie)) of = -1
+               ! Only a tie that makes the component equal to the same component of another node counts.
+               if (size(tie%of) /= 1 .or. tie%part(1) /= tie%component .or. abs(tie%factor(1) - 1.0_wp) > 0.0_wp .or. &
+                  & (tie%turner /= 0 .and. norm2(tie%arm) > 0.0_wp)) of = -1
                if (of == 0) of = tie%of(1)
                if (of /= tie%of(1)) of = -1
             end associate
@@ -223,14 +225,6 @@ contains
          lead = of
       end do
    end function leader
-
-   !> True for a tie that makes a component equal to the same component of another node.
-   pure logical function is_plain_tie(tie)
-      type(tie_t), intent(in) :: tie
-      is_plain_tie = size(tie%of) == 1
-      if (is_plain_tie) is_plain_tie = tie%part(1) == tie%component .and. abs(tie%factor(1) - 1.0_wp) <= 0.0_wp .and. &
-         & (tie%turner == 0 .or. norm2(tie%arm) <= 0.0_wp)
-   end function is_plain_tie
 
    !> True if a node's leader is at the same position and is a candidate for the same obstacle with the same GAP.
    pure logical function leader_touches(model, contact, node, lead)

@@ -185,6 +185,9 @@ contains
          type(contact_t) :: contact
          character(:), allocatable :: problem
          integer :: other, new, i
+         logical :: free(3), acts(3)                    ! (x, y, rotation) the supports permit, the card acts on the motion
+         acts = [abs(normal) > parallel, .false.]
+         if (deck%given('ROTATION')) acts = [.false., .false., .true.]
          contact%obstacle = size(model%obstacle)
          if (.not. obstacle%bilateral) contact%gap = deck%real('clearance')
          contact%node = deck%nodes('node or set')
@@ -200,7 +203,9 @@ contains
             associate (node => contact%node(i))
                problem = ''
                if (deck%names%is_loose(node)) problem = 'belongs to no element'
-               if (.not. moves(node, other)) problem = 'is supported in this direction already'
+               free = .not. model%fixed(:, node)
+               if (other > 0) free = free .or. .not. model%fixed(:, other)
+               if (.not. any(free .and. acts)) problem = 'is supported in this direction already'
                if (held_in(node) > 0) problem = 'is on this card already, from '//deck%source%line_words(held_in(node))
                if (other == node) problem = 'is the second node, too'
                held_in(node) = deck%at%line_at
@@ -216,16 +221,6 @@ contains
          end do
          model%contact = [model%contact, contact]
       end subroutine read_nodes
-
-      !> True if the supports permit the motion on which the card acts.
-      logical function moves(node, other)
-         integer, intent(in) :: node, other             ! first node; second node, 0: the ground
-         logical :: free(3)
-         free = .not. model%fixed(:, node)
-         if (other > 0) free = free .or. .not. model%fixed(:, other)
-         moves = any(free(1:2) .and. abs(normal) > parallel)
-         if (deck%given('ROTATION')) moves = free(3)
-      end function moves
    end subroutine read_gap_cards
 
    !> True for a *SPRING without a law.
