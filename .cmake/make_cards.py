@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes card_table.f90: the table of cards for checks and readers, its reference as Markdown and JSON, and foreign words.
+"""Writes card_table.f90: the table of cards for checks and readers, its reference as Markdown and JSON, lines of help on words, foreign words.
 
 usage: make_cards.py CARDS OUTPUT        (CMake calls it; CARDS is src/deck/cards.txt, whose head says how it is written)
 """

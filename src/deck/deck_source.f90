@@ -113,42 +113,33 @@ contains
       character(chunk) :: buffer
       integer :: status, n, line, lines
       character(200) :: reason
+      character(:), allocatable :: why ! reason why the text cannot be read; '': none
       call source_from_text('', name, source)
       call read%add('')
+      why = ''
       line = 0      ! position in the text before the present line
       lines = 0
-      do
+      do while (why == '')
          read (unit, '(a)', advance='no', size=n, iostat=status, iomsg=reason) buffer
          if (is_iostat_end(status)) exit
          if (status /= 0 .and. .not. is_iostat_eor(status)) then
-            call refuse(shortened(trim(reason), 120))
-            return
+            why = shortened(trim(reason), 120)
+            exit
          end if
          call read%add(buffer(:n))
          if (read%n - line > longest_line) then
-            call refuse('line '//to_text(lines + 1)//' has more than '//to_text(longest_line)//' characters; is that a deck?')
-            return
+            why = 'line '//to_text(lines + 1)//' has more than '//to_text(longest_line)//' characters; is that a deck?'
          else if (read%n > longest_text) then
-            call refuse('it has more than '//to_text(longest_text)//' characters')
-            return
-         end if
-         if (.not. is_iostat_eor(status)) cycle
-         call read%add(newline)
-         line = read%n
-         lines = lines + 1
-         if (lines > most_lines) then
-            call refuse('it has more than '//to_text(most_lines)//' lines')
-            return
+            why = 'it has more than '//to_text(longest_text)//' characters'
+         else if (is_iostat_eor(status)) then
+            call read%add(newline)
+            line = read%n
+            lines = lines + 1
+            if (lines > most_lines) why = 'it has more than '//to_text(most_lines)//' lines'
          end if
       end do
-      call source_from_text(read%text(:read%n), name, source)
-
-   contains
-
-      subroutine refuse(why)
-         character(*), intent(in) :: why
-         call fail(error, 'cannot read the deck '//quoted_path(name)//': '//why)
-      end subroutine refuse
+      if (why == '') call source_from_text(read%text(:read%n), name, source)
+      if (why /= '') call fail(error, 'cannot read the deck '//quoted_path(name)//': '//why)
    end subroutine read_source_unit
 
    !> Determines the lines of a text.
