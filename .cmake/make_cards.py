@@ -44,7 +44,7 @@ def item(line, constants, where):
     given = attributes(rest, ("default", "times", "optional", "with", "at most"), where)
     row = {"kind": kind, "required": kind != "flag" and "optional" not in given and "default" not in given, "default": given.get("default", ""),
            "only": given.get("with", ""), "bound": "" if has_words else values, "unit": unit[1] if unit else "", "meaning": meaning,
-           "words": constants.get(values, values).split("|") if has_words else [], "constant": values[1:] if values[0:1] == "@" else "",
+           "words": constants.get(values, values).split("|") if has_words else [],
            "most": given.get("at most", ""), "times": given.get("times", "")}
     return [{"name": name} | row for name in (names.split(", ") if ", " in names and kind == "real" else [names])]
 
@@ -145,7 +145,7 @@ def names_of(rows):
 
 
 def item_entry(row, siblings):
-    words = row["constant"] or text("|".join(row["words"]), 160)
+    words = text("|".join(row["words"]), 160)
     times = 1 + [other["name"] for other in siblings].index(row["times"]) if row["times"] else 0
     return (f"item_t({text(row['name'], 24)}, {KINDS[row['kind']]}, .{str(row['required']).lower()}., {text(row['default'], 24)}, {words}, "
             f"{text(row['only'], 80)}, {BOUNDS[row['bound']]}, {row['most'] or 'usual_most'}, {times})")
@@ -188,7 +188,7 @@ def module(cards, foreign):
     """Lines of the Fortran module."""
     table, lines = entries(cards), list(topics(cards, foreign))
     yield from ("!> The cards of src/deck/cards.txt: entries of the table, and the reference. Made by .cmake/make_cards.py.", "module card_table",
-                "   use card_spec", "   use text, only: squeeze, word_index", "   use model, only: method_words, parameter_words", "   implicit none", "   private",
+                "   use card_spec", "   use text, only: squeeze, word_index", "   implicit none", "   private",
                 "   public :: find_card, cards, layouts, items, card_names, topic_names, write_card, write_card_manual, write_card_json, write_topic, foreign_answer",
                 "   !> Keywords with their stars, between bars.", "   character(*), parameter :: card_names = " + quoted("|".join("*" + card["keyword"] for card in cards)),
                 "   !> All words of decks, between bars.")
@@ -226,7 +226,7 @@ def module(cards, foreign):
     yield from ("   end subroutine write_card_manual", "   !> Writes the table as one JSON object, for programs that write decks.",
                 "   subroutine write_card_json(unit, version)", "      integer, intent(in) :: unit", "      character(*), intent(in) :: version !! of the program")
     yield from ("      write (unit, '(a)') '{\"version\": \"'//version//'\", \"cards\": ['",)
-    inner = ("constant", "most", "times")
+    inner = ("most", "times")
     for card in cards:
         shown = dict(card, parameters=[{key: row[key] for key in row if key not in inner} for row in card["parameters"]],
                      lines=[dict(layout, fields=[{key: row[key] for key in row if key not in inner} for row in layout["fields"]]) for layout in card["lines"]])
