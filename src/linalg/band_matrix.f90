@@ -7,7 +7,7 @@
 !> Schur complement.
 module band_matrix
    use kinds, only: wp
-   use lapack, only: dpbtrf, dpbtrs, dgbtrf, dgbtrs, dsbmv, dsytrf, dsytrs
+   use lapack, only: dpbtrf, dpbtrs, dgbtrf, dgbtrs, dsytrf, dsytrs
    implicit none
    private
    public :: band_t, factor_t, new_band, clear_band, add_entry, band_sum, band_times, row_product, add_row, factorise, &
@@ -89,13 +89,32 @@ contains
       total%beside = p * a%beside + q * b%beside
    end function band_sum
 
-   !> Computes y = A x.
+   !> Computes y = A x. Entries of x that are zero cost nothing: prescribed displacements are zero at almost all unknowns.
    subroutine band_times(band, x, y)
       type(band_t), intent(in) :: band
       real(wp), intent(in) :: x(:)     !! (n)
       real(wp), intent(inout) :: y(:)  !! (n)
-      integer :: k
-      call dsbmv('L', band%n, band%kd, 1.0_wp, band%a, band%kd + 1, x, 1, 0.0_wp, y, 1)
+      real(wp) :: below
+      integer :: i, j, k, last, next(band%n) ! index of the next entry of x that is not zero
+      next(band%n) = band%n + 1
+      do j = band%n, 2, -1
+         next(j - 1) = merge(next(j), j, abs(x(j)) <= 0.0_wp)
+      end do
+      y = 0.0_wp
+      do j = 1, band%n
+         last = min(band%n, j + band%kd)
+         if (.not. abs(x(j)) <= 0.0_wp) then
+            do i = j, last
+               y(i) = y(i) + x(j) * band%a(1 + i - j, j)
+            end do
+         end if
+         if (next(j) > last) cycle
+         below = 0.0_wp
+         do i = next(j), last
+            below = below + band%a(1 + i - j, j) * x(i)
+         end do
+         y(j) = y(j) + below
+      end do
       do k = 1, size(band%border)
          y = y + x(band%border(k)) * band%beside(:, k)
          y(band%border(k)) = y(band%border(k)) + dot_product(band%beside(:, k), x) - &
@@ -309,11 +328,11 @@ contains
    subroutine solve_factored(factor, b)
       type(factor_t), intent(in) :: factor
       real(wp), intent(inout) :: b(:, :)  !! (n, right-hand sides)
-      real(wp) :: own(size(factor%border), size(b, 2))
+      real(wp), allocatable :: own(:, :)
       integer :: info
-      own = b(factor%border, :)
+      if (size(factor%border) > 0) own = b(factor%border, :)
       call solve_band(factor, b)
-      if (size(own, 1) == 0) return
+      if (.not. allocated(own)) return
       own = own - matmul(transpose(factor%column), b)
       call dsytrs('L', size(own, 1), size(own, 2), factor%schur, size(own, 1), factor%order, own, size(own, 1), info)
       b = b - matmul(factor%response, own)

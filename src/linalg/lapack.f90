@@ -1,4 +1,4 @@
-!> Explicit interfaces of the double precision LAPACK and BLAS routines this program calls.
+!> Explicit interfaces of the double precision LAPACK routines this program calls.
 !>
 !> Arguments have LAPACK's own names and meaning (www.netlib.org/lapack). Matrices are assumed-size with a leading dimension, so
 !> that an array section needs no copy and a vector can be passed as a matrix of one column.
@@ -12,7 +12,6 @@ module lapack
    public :: dgbtrf, dgbtrs
    public :: dptsv
    public :: dsyev, dgeev
-   public :: dsbmv
 
    ! Dense general matrices:
    interface
@@ -196,22 +195,6 @@ module lapack
          real(wp), intent(inout) :: b(ldb, *)
          integer, intent(out) :: info !! > 0: the leading minor of this order is not positive
       end subroutine dptsv
-
-   end interface
-
-   ! BLAS:
-   interface
-
-      !> Computes y = alpha a x + beta y for a symmetric band matrix a.
-      subroutine dsbmv(uplo, n, k, alpha, a, lda, x, incx, beta, y, incy)
-         import :: wp
-         character, intent(in) :: uplo
-         integer, intent(in) :: n, k, lda, incx, incy
-         real(wp), intent(in) :: alpha, beta
-         real(wp), intent(in) :: a(lda, *)
-         real(wp), intent(in) :: x(*)
-         real(wp), intent(inout) :: y(*)
-      end subroutine dsbmv
 
    end interface
 end module lapack
