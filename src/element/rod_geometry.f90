@@ -4,13 +4,13 @@
 !> lengths of the elements on both sides.
 module rod_geometry
    use kinds, only: wp
-   use model, only: model_t, curve_t, imperfection_t
+   use model, only: model_t
    use element_families, only: collocates, follows_curves
    use gauss_tableau, only: tableau_t, max_stages, new_tableau
-   use reference_curve, only: curve_point, curve_excess, curve_length, curve_abscissa
+   use reference_curve, only: curve_point, curve_angle, curve_excess, curve_length, curve_abscissa
    implicit none
    private
-   public :: geometry_t, element_geometry_t, curve_angle, new_geometry, with_other_stages, shift_nodes
+   public :: geometry_t, element_geometry_t, new_geometry, with_other_stages, shift_nodes
 
    !> Stress-free geometry of one element.
    type :: element_geometry_t
@@ -151,19 +151,6 @@ contains
       end associate
       call place_stages(model, tableau(model%mesh%stages(e)), e, g)
    end function element_geometry
-
-   !> Tangent angle [rad] at a nominal coordinate of a curve, as from curve_point.
-   pure real(wp) function curve_angle(curve, imperfections, s) result(angle)
-      type(curve_t), intent(in) :: curve
-      type(imperfection_t), intent(in) :: imperfections(:)
-      real(wp), intent(in) :: s
-      real(wp) :: x(2), speed
-      if (allocated(curve%path) .or. curve%imperfection > 0) then
-         call curve_point(curve, imperfections, s, x, angle, speed)
-      else
-         angle = curve%angle + curve%curvature * s
-      end if
-   end function curve_angle
 
    !> Sets the angles of an element that is not on a curve.
    pure subroutine keep_straight(g)

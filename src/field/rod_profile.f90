@@ -15,8 +15,8 @@ module rod_profile
    use node_rates, only: rod_derivatives, rotation_rates
    use problem, only: problem_t
    use element_families, only: collocates, follows_curves
-   use rod_geometry, only: element_geometry_t, curve_angle
-   use reference_curve, only: curve_point, curve_bend, curve_length, curve_abscissa, is_straight
+   use rod_geometry, only: element_geometry_t
+   use reference_curve, only: curve_point, curve_angle, curve_bend, curve_length, curve_abscissa, is_straight
    use rod_state, only: state_t, element_load
    use gauss_tableau, only: max_stages, stage_basis
    use rod_load, only: ge_load_t

@@ -10,7 +10,7 @@ module reference_curve
    implicit none
    private
    public :: measure_curves, curve_point, curve_bend, curve_excess, curve_length, curve_abscissa, curve_goes_on
-   public :: path_point, is_straight, curve_scale
+   public :: curve_angle, path_point, is_straight, curve_scale
 
 contains
 
@@ -22,7 +22,7 @@ contains
       real(wp), intent(out) :: x(2)     !! position
       real(wp), intent(out) :: angle    !! tangent angle [rad], continuous in s
       real(wp), intent(out) :: speed    !! d(true arc length)/ds
-      real(wp) :: half, chord, w, dw, across, along, bend(0:2), d(2), turn
+      real(wp) :: half, chord, w, dw, across, along, bend(0:2), d(2), t(2), turn
       type(track_t) :: at
       if (allocated(curve%path)) then
          call path_point(curve%path, s, at, angle)
@@ -37,17 +37,35 @@ contains
          half = 0.5_wp * bend(0) * s
          chord = s
          if (abs(half) > 0.0_wp) chord = s * sin(half) / half
-         x = curve%origin + chord * [cos(curve%angle + half), sin(curve%angle + half)]
+         t = [cos(curve%angle + half), sin(curve%angle + half)]
+         x = curve%origin + chord * t
       end if
       speed = 1.0_wp
       if (curve%imperfection == 0) return
       call imperfection_value(imperfections(curve%imperfection), curve%offset + s, w, dw)
-      x = x + w * [-sin(angle), cos(angle)]
+      if (allocated(curve%path) .or. abs(bend(0)) > 0.0_wp) t = [cos(angle), sin(angle)]
+      x = x + w * [-t(2), t(1)]
       along = 1.0_wp - bend(0) * w
       across = dw
       speed = hypot(along, across)
       angle = angle + atan2(across, along)
    end subroutine curve_point
+
+   !> Tangent angle [rad] at nominal coordinate s, as from curve_point.
+   pure real(wp) function curve_angle(curve, imperfections, s) result(angle)
+      type(curve_t), intent(in) :: curve
+      type(imperfection_t), intent(in) :: imperfections(:)
+      real(wp), intent(in) :: s
+      real(wp) :: x(2), speed, w, dw
+      if (allocated(curve%path)) then
+         call curve_point(curve, imperfections, s, x, angle, speed)
+         return
+      end if
+      angle = curve%angle + curve%curvature * s
+      if (curve%imperfection == 0) return
+      call imperfection_value(imperfections(curve%imperfection), curve%offset + s, w, dw)
+      angle = angle + atan2(dw, 1.0_wp - curve%curvature * w)
+   end function curve_angle
 
    !> Curvature d(angle)/d(true arc length) at nominal coordinate s, positive if the curve turns anticlockwise.
    pure subroutine curve_bend(curve, imperfections, s, bend, rate)
