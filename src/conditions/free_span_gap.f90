@@ -5,7 +5,8 @@ module free_span_gap
    use model, only: family_ge
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t, pose_of, obstacle_offset
-   use rod_profile, only: profile_t, new_profile, mend_ends, mended_error, profile_place
+   use ge_in_state, only: ge_here_t
+   use rod_profile, only: profile_t, new_profile, keep_profile, mend_ends, mended_error, profile_place
    use obstacle_geometry, only: obstacle_gap
    use obstacle_pose, only: pose_t
    use state_transfer, only: find_point
@@ -196,12 +197,13 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: element(2)      !! first and last element
       type(profile_t), intent(inout) :: profile(:)
+      type(ge_here_t) :: here
       integer :: e
       do e = element(1), element(2)
          if (profile(e)%element == e) cycle
-         profile(e) = new_profile(problem, state, e)
+         call keep_profile(problem, state, e, profile(e), here)
          if (problem%conforms(e) > 0) cycle
-         if (problem%model%mesh%family(e) == family_ge) call mend_ends(problem, state, profile(e), 2)
+         if (problem%model%mesh%family(e) == family_ge) call mend_ends(problem, state, profile(e), 2, here)
       end do
    end subroutine make_profiles
 

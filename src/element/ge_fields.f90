@@ -14,15 +14,20 @@ module ge_fields
 contains
 
    !> Computes n and m at both ends from the stored unknowns without condensation, in global axes.
-   pure subroutine ge_end_forces(tab, element, first, second, inner)
+   pure subroutine ge_end_forces(tab, element, first, second, inner, rho)
       type(tableau_t), intent(in) :: tab
       type(ge_data_t), intent(in) :: element
       real(wp), intent(out) :: first(3), second(3) !! (n_x, n_y, m) at the first and at the second end
       type(inner_forces_t), intent(in), optional :: inner
+      real(wp), intent(in), optional :: rho(:, :) !! (2, at least stages) result of ge_directions, if it is known
       real(wp) :: span(2)
       integer :: q
       first = element%z(1:3)
-      call sum_part(tab, element, ge_directions(tab, element), tab%b, span, second)
+      if (present(rho)) then
+         call sum_part(tab, element, rho, tab%b, span, second)
+      else
+         call sum_part(tab, element, ge_directions(tab, element), tab%b, span, second)
+      end if
       if (.not. present(inner)) return
       do q = 1, inner%n
          second(1:2) = second(1:2) - (element%g%length * inner%weight(q)) * inner%force(:, q)

@@ -6,7 +6,7 @@ module node_rates
    use rod_state, only: state_t, element_load, node_position
    use reference_curve, only: curve_point, curve_bend
    use rod_load, only: ge_load_t, line_at
-   use ge_in_state, only: ge_end
+   use ge_in_state, only: ge_end, ge_here_t
    use conforming_span, only: conforming_state_t, conforming_resultant
    use ground_density, only: foundation_density
    use gauss_tableau, only: max_stages
@@ -54,16 +54,17 @@ contains
    end subroutine rod_rate
 
    !> Derivatives of the deformed position with respect to the stress-free length at an end of a GE element.
-   pure subroutine rod_derivatives(problem, state, e, side, x)
+   pure subroutine rod_derivatives(problem, state, e, side, x, here)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e, side
       real(wp), intent(out) :: x(2, 3)       !! first, second, third derivative
+      type(ge_here_t), intent(inout), optional :: here !! element of the same state, or undefined, see keep_ge
       type(section_t) :: section
       real(wp), dimension(2) :: dn, ddn, line, line_slope
       real(wp) :: ground(2, 0:1)
       real(wp) :: pressure, bend, bend_rate, turn, turn_rate, along(0:2), across(0:2)
-      section = end_section(problem, state, e, side)
+      call find_section(problem, state, e, side, section, here)
       associate (load => section%load, n => section%n, t => section%t, nu => section%nu, compliance => problem%compliance(e), &
          & c => problem%model%mesh%curve(e))
          bend = 0.0_wp
@@ -99,44 +100,47 @@ contains
    end subroutine rod_derivatives
 
    !> First and second derivatives of the rotation with respect to the stress-free length at an end of a GE element.
-   pure function rotation_rates(problem, state, e, side) result(rates)
+   pure subroutine rotation_rates(problem, state, e, side, rates, here)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e, side
-      real(wp) :: rates(2)
+      real(wp), intent(out) :: rates(2)
+      type(ge_here_t), intent(inout), optional :: here !! element of the same state, or undefined, see keep_ge
       type(section_t) :: section
       real(wp) :: x(2)
-      section = end_section(problem, state, e, side)
+      call find_section(problem, state, e, side, section, here)
       associate (flexibility => problem%compliance(e)%bending, n => section%n)
          x = section%along * section%t + section%across * section%nu
          rates = [section%load%curvature + flexibility * section%m, -flexibility * (x(1) * n(2) - x(2) * n(1))]
       end associate
-   end function rotation_rates
+   end subroutine rotation_rates
 
    !> Cross section at an end of a GE element.
-   pure function end_section(problem, state, e, side) result(section)
+   pure subroutine find_section(problem, state, e, side, section, here)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e, side
-      type(section_t) :: section
+      type(section_t), intent(out) :: section
+      type(ge_here_t), intent(inout), optional :: here !! element of the same state, or undefined, see keep_ge
       real(wp) :: angle
       section%load = element_load(problem, state, e)
-      call end_resultants(problem, state, e, side, section%n, section%m)
+      call end_resultants(problem, state, e, side, section%n, section%m, here)
       angle = state%geometry%element(e)%end_angle(side) + state%u(3, problem%model%mesh%node(side, e))
       section%t = [cos(angle), sin(angle)]
       section%nu = [-section%t(2), section%t(1)]
       section%along = 1.0_wp + section%load%strain + problem%compliance(e)%axial * dot_product(section%n, section%t)
       section%across = problem%compliance(e)%shear * dot_product(section%n, section%nu)
-   end function end_section
+   end subroutine find_section
 
    !> Forces (n_x, n_y) and moment at an end of a GE element, global axes.
-   pure subroutine end_resultants(problem, state, e, side, n, m)
+   pure subroutine end_resultants(problem, state, e, side, n, m, here)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e, side
       real(wp), intent(out) :: n(2), m
+      type(ge_here_t), intent(inout), optional :: here !! see keep_ge
       real(wp) :: resultant(3)
-      call ge_end(problem, state, e, side, n, m)
+      call ge_end(problem, state, e, side, n, m, here)
       if (side == 1 .or. .not. problem%ground%founded(e)) return
       ! The stored forces include those of foundations, and so does the moment computed from them; the sum of loads does not.
       resultant = resultants_on_ground(problem, state, e, 1.0_wp)

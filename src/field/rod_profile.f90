@@ -21,8 +21,8 @@ module rod_profile
    use gauss_tableau, only: max_stages, stage_basis
    use rod_load, only: ge_load_t
    use ge_data, only: ge_data_t
-   use ge_in_state, only: ge_at
-   use ge_stages, only: ge_direction_changes, ge_direction_rates
+   use ge_in_state, only: ge_at, ge_here_t, keep_ge
+   use ge_stages, only: ge_direction_rates
    use ground, only: home_deviation
    implicit none
    private
@@ -59,20 +59,24 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e                      !! element
       type(profile_t) :: profile
-      if (problem%conforms(e) > 0) then
-         profile = conforming_profile(problem, state, e)
-      else
-         profile = profile_on(problem, state, e, state%geometry%element(e), state%geometry%x(:, problem%model%mesh%node(1, e)))
-      end if
+      type(ge_here_t) :: here
+      call keep_profile(problem, state, e, profile, here)
    end function new_profile
 
    !> Makes the profile for a sequence of points of one state: it is computed again only if the element changes.
-   pure subroutine keep_profile(problem, state, e, profile)
+   pure subroutine keep_profile(problem, state, e, profile, here)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e                      !! element
       type(profile_t), intent(inout) :: profile     !! profile of the same state, or undefined
-      if (profile%element /= e) profile = new_profile(problem, state, e)
+      type(ge_here_t), intent(inout) :: here        !! element of the same state, or undefined, see keep_ge
+      if (profile%element == e) return
+      if (problem%conforms(e) > 0) then
+         profile = conforming_profile(problem, state, e)
+      else
+         call keep_ge(problem, state, e, here)
+         profile = profile_of(problem, state, here)
+      end if
    end subroutine keep_profile
 
    !> Profile of a conforming element: polynomials through both ends and points between them.
@@ -131,70 +135,67 @@ contains
       profile%rotation(0:s) = value(3, :s + 1)
    end function conforming_profile
 
-   !> Profile for a different stress-free geometry with the displacements and section forces of a state.
-   pure function profile_on(problem, state, e, geometry, start) result(profile)
+   !> Profile of an element that is not in line contact.
+   pure function profile_of(problem, state, here) result(profile)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: e
-      type(element_geometry_t), intent(in) :: geometry !! the stress-free geometry of the element
-      real(wp), intent(in) :: start(2)              !! stress-free position of the first node
+      type(ge_here_t), intent(in) :: here           !! the element in this state
       type(profile_t) :: profile
-      type(ge_data_t) :: element
       real(wp) :: slope(2, max_stages), home(2, max_stages), turn(max_stages), phi(2), d(2), side(2)
       integer :: s, j, k
-      element = ge_at(problem, state, e)
-      element%g = geometry
-      profile%element = e
-      profile%stretch = 1.0_wp + element%load%strain
-      profile%s = geometry%s(1)
-      profile%excess = geometry%excess
-      profile%length = geometry%length
-      profile%axis(:, 0) = start
-      profile%moved(:, 0) = element%u(1:2)
-      profile%rotation(0) = element%u(3)
-      if (collocates(problem%model%mesh%family(e))) then
-         s = problem%model%mesh%stages(e)
-         profile%degree = s
-         profile%curved = deviates(problem, e)
-         associate (tab => problem%tableau(s), scaled => geometry%length * geometry%scale, compliance => element%compliance)
-            slope = ge_direction_changes(tab, element)
-            turn(:s) = geometry%length * (compliance%bending * compliance%part(2, :s) * element%z(4:3 + s) + &
-               & element%load%curvature)
-            home(1, :s) = cos(geometry%angle(:s))
-            home(2, :s) = sin(geometry%angle(:s))
-            home(:, :s) = scaled * home(:, :s)
-            slope(:, :s) = scaled * slope(:, :s)
-            do j = 1, s
-               do k = 1, s
-                  profile%axis(:, k) = profile%axis(:, k) + tab%integral(j, k) * home(:, j)
-                  profile%moved(:, k) = profile%moved(:, k) + tab%integral(j, k) * slope(:, j)
-                  profile%rotation(k) = profile%rotation(k) + tab%integral(j, k) * turn(j)
+      associate (e => here%element, element => here%ge, geometry => here%ge%g)
+         profile%element = e
+         profile%stretch = 1.0_wp + element%load%strain
+         profile%s = geometry%s(1)
+         profile%excess = geometry%excess
+         profile%length = geometry%length
+         profile%axis(:, 0) = state%geometry%x(:, problem%model%mesh%node(1, e))
+         profile%moved(:, 0) = element%u(1:2)
+         profile%rotation(0) = element%u(3)
+         if (collocates(problem%model%mesh%family(e))) then
+            s = problem%model%mesh%stages(e)
+            profile%degree = s
+            profile%curved = deviates(problem, e)
+            associate (tab => problem%tableau(s), scaled => geometry%length * geometry%scale, compliance => element%compliance)
+               turn(:s) = geometry%length * (compliance%bending * compliance%part(2, :s) * element%z(4:3 + s) + &
+                  & element%load%curvature)
+               home(1, :s) = cos(geometry%angle(:s))
+               home(2, :s) = sin(geometry%angle(:s))
+               home(:, :s) = scaled * home(:, :s)
+               slope(:, :s) = scaled * here%change(:, :s)
+               do j = 1, s
+                  do k = 1, s
+                     profile%axis(:, k) = profile%axis(:, k) + tab%integral(j, k) * home(:, j)
+                     profile%moved(:, k) = profile%moved(:, k) + tab%integral(j, k) * slope(:, j)
+                     profile%rotation(k) = profile%rotation(k) + tab%integral(j, k) * turn(j)
+                  end do
                end do
-            end do
-         end associate
-      else
-         ! The stored end moments are EI/h (4 phi_1 + 2 phi_2) and EI/h (2 phi_1 + 4 phi_2), where phi_1, phi_2 are the natural end
-         ! rotations.
-         phi = (geometry%length * problem%compliance(e)%bending / 6.0_wp) * &
-            & [2.0_wp * state%z(2, e) - state%z(3, e), 2.0_wp * state%z(3, e) - state%z(2, e)]
-         d = geometry%chord + element%u(4:5) - element%u(1:2)
-         side = [-d(2), d(1)]
-         profile%degree = 3
-         profile%axis(:, 1) = geometry%chord
-         profile%moved(:, 1) = d - geometry%chord + phi(1) * side
-         profile%moved(:, 2) = -(2.0_wp * phi(1) + phi(2)) * side
-         profile%moved(:, 3) = (phi(1) + phi(2)) * side
-         profile%rotation(1:2) = [-4.0_wp * phi(1) - 2.0_wp * phi(2), 3.0_wp * (phi(1) + phi(2))]
-      end if
-   end function profile_on
+            end associate
+         else
+            ! The stored end moments are EI/h (4 phi_1 + 2 phi_2) and EI/h (2 phi_1 + 4 phi_2), where phi_1, phi_2 are the natural
+            ! end rotations.
+            phi = (geometry%length * problem%compliance(e)%bending / 6.0_wp) * &
+               & [2.0_wp * state%z(2, e) - state%z(3, e), 2.0_wp * state%z(3, e) - state%z(2, e)]
+            d = geometry%chord + element%u(4:5) - element%u(1:2)
+            side = [-d(2), d(1)]
+            profile%degree = 3
+            profile%axis(:, 1) = geometry%chord
+            profile%moved(:, 1) = d - geometry%chord + phi(1) * side
+            profile%moved(:, 2) = -(2.0_wp * phi(1) + phi(2)) * side
+            profile%moved(:, 3) = (phi(1) + phi(2)) * side
+            profile%rotation(1:2) = [-4.0_wp * phi(1) - 2.0_wp * phi(2), 3.0_wp * (phi(1) + phi(2))]
+         end if
+      end associate
+   end function profile_of
 
    !> Sets the Hermite correction of the positions of a GE element, from the derivatives at its nodes (rod_derivatives).
-   pure subroutine mend_ends(problem, state, profile, order)
+   pure subroutine mend_ends(problem, state, profile, order, here)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(profile_t), intent(inout) :: profile     !! profile of the same state
       integer, intent(in) :: order !! order of the highest derivative in the correction, 2 or 3; order 3 has larger rounding errors
       !! in thin rods
+      type(ge_here_t), intent(inout), optional :: here !! element of the same state, or undefined, see keep_ge
       real(wp) :: along(2), turn(2), bend, bend_rate, home(2, 3), dense(2, 3), tau, whole(2, 0:max_stages), way
       integer :: i, k
       whole = profile%axis + profile%moved
@@ -202,7 +203,7 @@ contains
          & curve => problem%model%mesh%curve(profile%element))
          do i = 1, 2
             tau = real(i - 1, wp)
-            call rod_derivatives(problem, state, profile%element, i, dense)
+            call rod_derivatives(problem, state, profile%element, i, dense, here)
             home = 0.0_wp
             if (profile%curved) then
                along = [cos(g%end_angle(i)), sin(g%end_angle(i))]
@@ -232,15 +233,17 @@ contains
    end subroutine mend_ends
 
    !> Sets the Hermite correction of the rotation, which mended_displacement uses.
-   pure subroutine mend_rotation(problem, state, profile)
+   pure subroutine mend_rotation(problem, state, profile, here)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(profile_t), intent(inout) :: profile     !! profile of the same state
+      type(ge_here_t), intent(inout), optional :: here !! element of the same state, or undefined, see keep_ge
+      real(wp) :: rates(2)
       integer :: i
       associate (h => profile%length)
          do i = 1, 2
-            profile%twist(:, i) = [h, h**2] * rotation_rates(problem, state, profile%element, i) - &
-               & turning_rates(profile, real(i - 1, wp))
+            call rotation_rates(problem, state, profile%element, i, rates, here)
+            profile%twist(:, i) = [h, h**2] * rates - turning_rates(profile, real(i - 1, wp))
          end do
       end associate
    end subroutine mend_rotation

@@ -9,7 +9,7 @@ module state_transfer
    use element_families, only: collocates
    use rod_geometry, only: geometry_t, new_geometry, shift_nodes
    use rod_state, only: state_t, node_position, unknown_push
-   use rod_profile, only: profile_t, new_profile, keep_profile, mend_rotation, mended_displacement, profile_place, &
+   use rod_profile, only: profile_t, keep_profile, mend_rotation, mended_displacement, profile_place, &
       & profile_displacement, profile_angle, element_place
    use reference_curve, only: curve_point
    use cross_section, only: varies
@@ -19,9 +19,7 @@ module state_transfer
    use gauss_tableau, only: max_stages
    use node_rates, only: resultants_on_ground
    use force_law, only: segment_unknown
-   use ge_data, only: ge_data_t
-   use ge_in_state, only: ge_at
-   use ge_stages, only: ge_directions
+   use ge_in_state, only: ge_here_t, keep_ge
    use ge_fields, only: ge_between
    implicit none
    private
@@ -32,9 +30,7 @@ module state_transfer
    type :: kept_t
       type(profile_t) :: profile                !! rod profile of an element
       type(conforming_state_t) :: lying                    !! evaluated conforming element
-      integer :: directed = 0                   !! element to which `ge` and `rho` belong; 0: none
-      type(ge_data_t) :: ge                     !! GE element with its loads, displacements and stored unknowns
-      real(wp) :: rho(2, max_stages) = 0.0_wp   !! directions of the cross sections at the stages of this element
+      type(ge_here_t) :: here                   !! evaluated GE element
    end type kept_t
 
 contains
@@ -275,7 +271,7 @@ contains
       else if (problem%conforms(e) > 0) then
          call conforming_displacement(problem, state, e, tau, kept%lying, u)
       else
-         call keep_profile(problem, state, e, kept%profile)
+         call keep_profile(problem, state, e, kept%profile, kept%here)
          u = profile_displacement(problem, kept%profile, tau)
       end if
    end subroutine point_displacement
@@ -388,14 +384,8 @@ contains
          call conforming_resultant(problem, state, e, tau, kept%lying, resultant)
          return
       end if
-      associate (tab => problem%tableau(problem%model%mesh%stages(e)))
-         if (e /= kept%directed) then
-            kept%ge = ge_at(problem, state, e)
-            kept%rho = ge_directions(tab, kept%ge)
-            kept%directed = e
-         end if
-         call ge_between(tab, kept%ge, kept%rho, tau, span, resultant)
-      end associate
+      call keep_ge(problem, state, e, kept%here)
+      call ge_between(problem%tableau(problem%model%mesh%stages(e)), kept%here%ge, kept%here%rho, tau, span, resultant)
       if (.not. problem%ground%founded(e)) return
       ! The moment follows from the displacements, which Newton's method has made more accurate than the stored section forces.
       on_ground = resultants_on_ground(problem, state, e, tau)
@@ -459,8 +449,8 @@ contains
             & node), e, tau, near)
          associate (here => kept(place_of(e, kept)))
             if (tau > 0.0_wp .and. tau < 1.0_wp .and. problem%conforms(e) == 0 .and. e /= here%profile%element) then
-               here%profile = new_profile(problem, state, e)
-               if (present(u) .and. is_smooth(e)) call mend_rotation(problem, state, here%profile)
+               call keep_profile(problem, state, e, here%profile, here%here)
+               if (present(u) .and. is_smooth(e)) call mend_rotation(problem, state, here%profile, here%here)
             end if
             if (present(u)) then
                if (tau > 0.0_wp .and. tau < 1.0_wp .and. is_smooth(e)) then
@@ -515,7 +505,7 @@ contains
          if (problem%conforms(e) > 0) then
             call conforming_forces(problem, state, e, tau, local, place, angle, kept=kept%lying)
          else
-            call keep_profile(problem, state, e, kept%profile)
+            call keep_profile(problem, state, e, kept%profile, kept%here)
             place = profile_place(problem, kept%profile, tau)
             angle = profile_angle(problem, state, kept%profile, tau)
          end if

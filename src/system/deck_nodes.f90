@@ -11,6 +11,7 @@ module deck_nodes
    use conforming_span, only: conforming_state_t, conforming_displacement
    use section_forces, only: local_forces, inner_local_forces
    use rod_profile, only: profile_t, new_profile, keep_profile, profile_rate, profile_place
+   use ge_in_state, only: ge_here_t
    use node_axes, only: relative_increments
    implicit none
    private
@@ -211,9 +212,10 @@ contains
       real(wp) :: step, moved(3, 2), part
       type(state_t) :: beside
       type(conforming_state_t) :: kept
+      type(ge_here_t) :: here
       integer :: way, i
       if (problem%conforms(e) == 0) then
-         call keep_profile(problem, state, e, profile)
+         call keep_profile(problem, state, e, profile, here)
          rate = profile_rate(problem, state, profile, tau, du, dz, load_change)
          return
       end if
