@@ -213,19 +213,31 @@ contains
       type(state_t), intent(in) :: state
       type(profile_t), intent(in) :: profile(:)
       type(sampled_gap_t), intent(inout) :: line
-      real(wp), allocatable :: tau(:)
-      integer :: e, k, side
-      allocate (line%at(0), line%gap(0))
+      real(wp), allocatable :: tau(:)          ! (at least n) places in the element, increasing
+      real(wp), allocatable :: gap(:)
+      integer :: e, k, n, side
+      allocate (line%at(0), line%gap(0), tau(8 * samples))
       do e = line%first, line%last
+         n = 0
+         do k = 0, samples
+            ! A node between two elements is a sample of the first one.
+            if (k == 0 .and. (e > line%first .or. line%touches(1))) cycle
+            if (k == samples .and. e == line%last .and. line%touches(2)) cycle
+            n = n + 1
+            tau(n) = real(k, wp) / samples
+         end do
          associate (g => state%geometry%element(e))
-            tau = [(real(k, wp) / samples, k=merge(0, 1, e == line%first .and. .not. line%touches(1)), &
-               & samples - merge(1, 0, e == line%last .and. line%touches(2)))]
             do side = 1, 2
                if (line%ends_in_contact(side)) call grade(g%s(1) + problem%origin(e), g%s(2) + problem%origin(e), side)
             end do
-            line%at = [line%at, g%s(1) + tau * (g%s(2) - g%s(1)) + problem%origin(e)]
+            line%at = [line%at, g%s(1) + tau(:n) * (g%s(2) - g%s(1)) + problem%origin(e)]
          end associate
-         line%gap = [line%gap, [(gap_in(problem, state, line%contact, profile(e), tau(k)), k=1, size(tau))]]
+         allocate (gap(n))
+         do k = 1, n
+            gap(k) = gap_in(problem, state, line%contact, profile(e), tau(k))
+         end do
+         line%gap = [line%gap, gap]
+         deallocate (gap)
       end do
 
    contains
@@ -245,11 +257,24 @@ contains
          if (least > distance) distance = distance * graded**ceiling(log(least / distance) / log(graded))
          do while (distance < most .and. (graded - 1.0_wp) * distance < (to - from) / samples)
             at = (line%contact_at(side) + merge(distance, -distance, side == 1) - from) / (to - from)
-            k = count(tau < at)
-            if (all(abs(tau - at) > sqrt(epsilon(at)))) tau = [tau(:k), at, tau(k + 1:)]
+            if (all(abs(tau(:n) - at) > sqrt(epsilon(at)))) call insert(at)
             distance = graded * distance
          end do
       end subroutine grade
+
+      !> Inserts a place in the element between its neighbours.
+      subroutine insert(at)
+         real(wp), intent(in) :: at
+         if (n == size(tau)) tau = [tau, tau]
+         k = n
+         do while (k > 0)
+            if (tau(k) < at) exit
+            tau(k + 1) = tau(k)
+            k = k - 1
+         end do
+         tau(k + 1) = at
+         n = n + 1
+      end subroutine insert
    end subroutine take_samples
 
    !> True if the gap decreases from the first or last sample inwards but is larger again at the next sample.
