@@ -159,7 +159,7 @@ contains
       type(problem_t), intent(in) :: from       !! problem of the same deck as `to`
       type(state_t), intent(in) :: state        !! state of `from`
       type(problem_t), intent(in) :: to
-      type(state_t), intent(inout) :: new       !! state of `to`; in: its geometry is set
+      type(state_t), intent(inout) :: new !! state of `to`; in: its geometry is set; all of its other arrays are allocated, or none
       logical, intent(in), optional :: moved !! true: both are states of one mesh, whose nodes have moved together with the contact
       !! forces on them
       type(kept_t) :: kept(2)                   ! data of two neighbouring elements, which are needed alternately
@@ -172,14 +172,20 @@ contains
          if (moved) call find_ranges(to, range)
       end if
       new%load_factor = state%load_factor
-      new%u = spread([0.0_wp, 0.0_wp, 0.0_wp], 2, to%model%mesh%n_nodes)
-      new%z = spread(spread(0.0_wp, 1, maxval(to%z_size)), 2, to%model%mesh%n_elements)
       new%active = to%candidates%contact_span(:to%candidates%n) > 0
-      new%reaction = spread(0.0_wp, 1, to%candidates%n)
-      new%couple = new%reaction
-      new%grounded = spread(.false., 1, to%model%mesh%n_elements)
-      new%segment = spread(segment_unknown, 1, to%ground%chain%n)
-      new%push = spread(spread(unknown_push, 1, max_stages + 1), 2, to%ground%chain%n)
+      if (.not. allocated(new%u)) then
+         associate (elements => to%model%mesh%n_elements, contacts => to%candidates%n, places => to%ground%chain%n)
+            allocate (new%u(3, to%model%mesh%n_nodes), new%z(maxval(to%z_size), elements), new%grounded(elements))
+            allocate (new%reaction(contacts), new%couple(contacts), new%segment(places), new%push(max_stages + 1, places))
+         end associate
+      end if
+      new%u = 0.0_wp
+      new%z = 0.0_wp
+      new%reaction = 0.0_wp
+      new%couple = 0.0_wp
+      new%grounded = .false.
+      new%segment = segment_unknown
+      new%push = unknown_push
       call carry_nodal_contact(from, state, to, new)
       do d = 1, size(to%mesh_node)
          if (to%mesh_node(d) > 0) new%u(:, to%mesh_node(d)) = state%u(:, from%mesh_node(d))

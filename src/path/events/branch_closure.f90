@@ -137,8 +137,10 @@ contains
       type(state_t), intent(in) :: here          !! any state on the present mesh
       type(critical_point_t), intent(in) :: critical_point
       type(state_t) :: state
-      state = critical_point%state
-      if (problem%deck_mesh) return
+      if (problem%deck_mesh) then
+         state = critical_point%state
+         return
+      end if
       state%geometry = here%geometry
       call carry_to(critical_point%problem, critical_point%state, problem, state)
    end function transferred_here
