@@ -231,7 +231,7 @@ contains
       integer, intent(in) :: contact_span       !! index into problem%contact_span
       real(wp), intent(in) :: thrust_error
       real(wp), intent(in) :: bound
-      real(wp) :: local(3), place(2), angle, density, noise
+      real(wp) :: local(3), density, noise
       type(conforming_state_t) :: kept
       integer :: e, i, parts
       is_pressed = .true.
@@ -239,7 +239,7 @@ contains
          noise = thrust_error * max(bend(problem%conforms(e)), bend(problem%candidates%neighbour(2, problem%conforms(e))))
          parts = density_samples * smooth_parts(problem, state, e, 1.0_wp)
          do i = 0, parts
-            call conforming_forces(problem, state, e, real(i, wp) / parts, local, place, angle, density, kept)
+            call conforming_forces(problem, state, e, real(i, wp) / parts, local, density=density, kept=kept)
             if (abs(density) - noise > bound) return
          end do
       end do

@@ -50,11 +50,11 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       real(wp) :: length(2)                 !! lengths before and after the node; huge if there is no pressure
-      real(wp) :: local(3), place(2), angle, density(2)
+      real(wp) :: local(3), density(2)
       integer :: side
       do side = 1, 2
          call conforming_forces(problem, state, problem%beside(side, problem%candidates%node(candidate)), &
-            & merge(1.0_wp, 0.0_wp, side == 1), local, place, angle, density(side))
+            & merge(1.0_wp, 0.0_wp, side == 1), local, density=density(side))
       end do
       ! The obstacle's couple on the node is opposite to the couple on the rod.
       length = lifted_lengths(breakpoint_couple(problem, state, candidate) * track_sense(problem, state, candidate, &

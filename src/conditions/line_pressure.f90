@@ -122,7 +122,7 @@ contains
       real(wp), intent(in) :: at                          !! coordinate along the rod segment
       type(conforming_state_t), intent(inout), optional :: kept !! conforming state of the elements used before, see
       !! conforming_forces
-      real(wp) :: local(3), place(2), angle, tau
+      real(wp) :: local(3), tau
       integer :: e
       call find_point(problem, state, line%rod_segment, at, e, tau)
       if (problem%conforms(e) == 0) then
@@ -130,7 +130,7 @@ contains
          e = e - 1
          tau = 1.0_wp
       end if
-      call conforming_forces(problem, state, e, tau, local, place, angle, density, kept)
+      call conforming_forces(problem, state, e, tau, local, density=density, kept=kept)
    end function density_at
 
    !> Finds the least density along a line contact and the position of the least density.

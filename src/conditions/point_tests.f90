@@ -241,7 +241,7 @@ contains
       integer, intent(in) :: c
       integer, intent(out) :: e             !! element; 0: the candidate is not the end of both a line contact and a rod
       real(wp), intent(out) :: density
-      real(wp) :: local(3), place(2), angle
+      real(wp) :: local(3)
       integer :: side
       density = 0.0_wp
       e = 0
@@ -249,6 +249,6 @@ contains
       side = findloc(problem%candidates%element(:, c) > 0, .true., 1)
       if (problem%conforms(problem%candidates%element(side, c)) == 0) return
       e = problem%candidates%element(side, c)
-      call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, place, angle, density)
+      call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, density=density)
    end subroutine find_line_end
 end module point_tests

@@ -41,7 +41,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       type(track_t) :: track
-      real(wp) :: local(3), place(2), angle, sense
+      real(wp) :: local(3), sense
       integer :: side, e
       track = node_track(problem, state, candidate)
       force = 0.0_wp
@@ -52,7 +52,7 @@ contains
          e = problem%candidates%element(side, candidate)
          if (e == 0) cycle
          if (problem%conforms(e) == 0) cycle
-         call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, place, angle)
+         call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local)
          force = force + sense * merge(1.0_wp, -1.0_wp, side == 1) * local(2)
       end do
    end function breakpoint_force
@@ -65,7 +65,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      real(wp) :: local(3), place(2), angle
+      real(wp) :: local(3)
       integer :: side, e
       couple = 0.0_wp
       associate (node => problem%candidates%node(candidate))
@@ -75,7 +75,7 @@ contains
             e = problem%beside(side, node)
             if (e == 0) cycle
             if (problem%conforms(e) == 0) cycle
-            call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, place, angle)
+            call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local)
             couple = couple + merge(1.0_wp, -1.0_wp, side == 1) * local(3)
          end do
       end associate

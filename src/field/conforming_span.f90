@@ -59,12 +59,12 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       integer, intent(in) :: stages                 !! number of stages: that of the element, or fewer for the first ones only
-      real(wp) :: bend(stages)
+      real(wp) :: bend(max_stages)                  !! 0 behind the last of these stages
       integer :: i
       bend = 0.0_wp
       associate (c => problem%model%mesh%curve(e), g => state%geometry%element(e))
          if (c == 0) return
-         do i = 1, size(bend)
+         do i = 1, stages
             call curve_bend(problem%model%curve(c), problem%model%imperfection, g%at(i), bend(i))
          end do
       end associate
@@ -96,7 +96,7 @@ contains
       z = conforming_size(s)
       pose = pose_of(problem, state, problem%candidates%obstacle(c(1)))
       load = turned_load(pose, element_load(problem, state, e))
-      bend(:s) = stage_bends(problem, state, e, s)
+      bend = stage_bends(problem, state, e, s)
       do i = 1, 2
          track(i) = node_track(problem, state, c(i))
          t(:, i) = track(i)%tangent
@@ -191,7 +191,7 @@ contains
       integer, intent(in) :: e
       real(wp), intent(in) :: tau                   !! place in the element, 0 to 1 of its stress-free length
       real(wp), intent(out) :: local(3)             !! N, Q, M
-      real(wp), intent(out) :: place(2), angle      !! deformed position (x, y); tangent angle in (-pi, pi]
+      real(wp), intent(out), optional :: place(2), angle !! deformed position (x, y); tangent angle in (-pi, pi]
       real(wp), intent(out), optional :: density    !! force of the obstacle [force/length], > 0 where it presses
       type(conforming_state_t), intent(inout), optional :: kept !! stored element of the same state, or undefined; computed again
       !! only if the element changes
@@ -210,8 +210,8 @@ contains
       type(state_t), intent(in) :: state
       type(conforming_state_t), intent(in) :: here
       real(wp), intent(in) :: tau
-      real(wp), intent(out) :: local(3), place(2), angle
-      real(wp), intent(out), optional :: density
+      real(wp), intent(out) :: local(3)
+      real(wp), intent(out), optional :: place(2), angle, density
       type(track_t) :: track
       real(wp) :: ground(2, 0:1), force, stretch
       type(ge_load_t) :: load
@@ -229,10 +229,11 @@ contains
          end if
          call conforming_resultants(here%output, problem%tableau(problem%model%mesh%stages(e)), problem%model%obstacle(obstacle), &
             & tau, bend_at(problem, state, e, tau), ground, track, local(1), local(2), local(3), density)
+         if (.not. (present(place) .or. present(angle))) return
          track = here%pose%placed(track)
-         place = track%place
       end associate
-      angle = atan2(here%sense * track%tangent(2), here%sense * track%tangent(1))
+      if (present(place)) place = track%place
+      if (present(angle)) angle = atan2(here%sense * track%tangent(2), here%sense * track%tangent(1))
    end subroutine forces_from_output
 
    !> Evaluates a conforming element for the computation of points inside it.
@@ -244,18 +245,22 @@ contains
       logical, intent(in), optional :: at_start !! true: only the first end is of interest; without a foundation this needs no
       !! stages
       type(track_t) :: track(2)
-      integer :: c(2), i, stages
+      real(wp) :: bend(max_stages)
+      integer :: c(2), stages
       stages = problem%model%mesh%stages(e)
       if (present(at_start)) stages = merge(0, stages, at_start .and. .not. problem%ground%founded(e))
       c = [problem%conforms(e), problem%candidates%neighbour(2, problem%conforms(e))]
-      do i = 1, 2
-         track(i) = node_track(problem, state, c(i))
-      end do
+      track(1) = node_track(problem, state, c(1))
+      ! Only on a curve the two ends of the element may be on different pieces (track_between).
+      track(2) = track(1)
+      if (allocated(problem%model%obstacle(problem%candidates%obstacle(c(1)))%curve%piece)) &
+         & track(2) = node_track(problem, state, c(2))
       lying%element = e
       lying%pose = pose_of(problem, state, problem%candidates%obstacle(c(1)))
       lying%sense = track_sense(problem, state, c(1), track(1))
+      bend = stage_bends(problem, state, e, stages)
       lying%output = new_output(problem%tableau(problem%model%mesh%stages(e)), state%geometry%element(e)%length, lying%sense, &
-         & stage_bends(problem, state, e, stages), &
+         & bend(:stages), &
          & problem%model%obstacle(problem%candidates%obstacle(c(1))), -candidate_offset(problem, state, problem%candidates, c(1)), &
          & track(1), track(2), problem%compliance(e), turned_load(lying%pose, element_load(problem, state, e)), &
          & state%z(:conforming_size(problem%model%mesh%stages(e)), e), problem%ground%founded(e), &

@@ -66,7 +66,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact
       real(wp), intent(out) :: share(:), density(:) !! (deck's nodes of the contact) forces; forces by stress-free length
-      real(wp) :: sums(problem%deck%mesh%n_nodes), densities(problem%deck%mesh%n_nodes), local(3), x(2), angle, push, at, tau, &
+      real(wp) :: sums(problem%deck%mesh%n_nodes), densities(problem%deck%mesh%n_nodes), local(3), push, at, tau, &
          & start, length, from, to
       type(conforming_state_t) :: kept
       integer :: c, e, i, j
@@ -98,7 +98,7 @@ contains
                if (.not. to > from) cycle
                do i = 1, tab%stages
                   at = from + tab%c(i) * (to - from)
-                  call conforming_forces(problem, state, e, (at - start) / length, local, x, angle, push, kept)
+                  call conforming_forces(problem, state, e, (at - start) / length, local, density=push, kept=kept)
                   call add(problem%rod_segment(e), at, push * tab%b(i) * g%length * (to - from) / length)
                end do
             end do
@@ -113,7 +113,7 @@ contains
             call find_point(problem, state, j, problem%layout%node_at(node), e, tau)
             if (problem%conforms(e) == 0) cycle
             if (problem%candidates%contact(problem%conforms(e)) /= contact) cycle
-            call conforming_forces(problem, state, e, tau, local, x, angle, density(i), kept)
+            call conforming_forces(problem, state, e, tau, local, density=density(i), kept=kept)
          end associate
       end do
 
@@ -197,7 +197,7 @@ contains
       integer, intent(in) :: e
       real(wp), intent(in) :: middle(2) !! reference point of the moment
       real(wp), intent(out) :: force(3), moment !! force in x, force in y, integral of the density; moment, > 0 anticlockwise
-      real(wp) :: local(3), x(2), angle, density, ends(3, 2), place(2, 2), line(2), slope(2)
+      real(wp) :: local(3), x(2), density, ends(3, 2), place(2, 2), line(2), slope(2)
       real(wp), allocatable :: part(:)
       real(wp) :: weight
       type(ge_load_t) :: load
@@ -230,8 +230,8 @@ contains
          do k = 2, size(part)
             do i = 1, tab%stages
                weight = tab%b(i) * (part(k) - part(k - 1)) * length
-               call conforming_forces(problem, state, e, part(k - 1) + tab%c(i) * (part(k) - part(k - 1)), local, x, angle, &
-                  & density, kept)
+               call conforming_forces(problem, state, e, part(k - 1) + tab%c(i) * (part(k) - part(k - 1)), local, x, &
+                  & density=density, kept=kept)
                force(3) = force(3) + weight * density
                x = x - middle
                call line_at(tab, load, part(k - 1) + tab%c(i) * (part(k) - part(k - 1)), line, slope)

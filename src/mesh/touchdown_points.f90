@@ -8,6 +8,7 @@
 module touchdown_points
    use kinds, only: wp
    use problem, only: problem_t, same_place, copy_problem
+   use element_families, only: collocates
    use rod_state, only: state_t
    use section_forces, only: end_forces
    use track_nodes, only: track_rotation, track_sense, node_track, excess_curvature, excess_rate, rod_angle
@@ -154,14 +155,14 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      real(wp) :: local(3, 2), place(2), angle
+      real(wp) :: local(3, 2)
       integer :: side, e
       local = 0.0_wp
       do side = 1, 2
          e = problem%candidates%element(side, candidate)
          if (e == 0) cycle
          if (problem%conforms(e) > 0) then
-            call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local(:, side), place, angle)
+            call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local(:, side))
          else
             call end_of_free(problem, state, candidate, side, local(:, side))
          end if
@@ -175,9 +176,14 @@ contains
       integer, intent(in) :: candidate, side
       real(wp), intent(out) :: local(3)
       real(wp) :: ends(3, 2), angle
-      call end_forces(problem, state, problem%candidates%element(side, candidate), ends(:, 1), ends(:, 2))
-      angle = rod_angle(problem, state, candidate)
-      associate (f => ends(:, 3 - side))
+      associate (e => problem%candidates%element(side, candidate), f => ends(:, 3 - side))
+         ! At the first end the section forces are stored unknowns.
+         if (side == 2 .and. collocates(problem%model%mesh%family(e))) then
+            f = state%z(:3, e)
+         else
+            call end_forces(problem, state, e, ends(:, 1), ends(:, 2))
+         end if
+         angle = rod_angle(problem, state, candidate)
          local = [cos(angle) * f(1) + sin(angle) * f(2), cos(angle) * f(2) - sin(angle) * f(1), f(3)]
       end associate
    end subroutine end_of_free

@@ -235,6 +235,11 @@ contains
       integer, allocatable :: behind(:)          ! number of the piece behind each joint
       integer :: i
       other = same_round(obstacle, offset, last, first)
+      if (first%piece == other%piece) then
+         allocate (share(0))
+         if (present(jump)) allocate (jump(0))
+         return
+      end if
       behind = [(i, i=min(first%piece, other%piece) + 1, max(first%piece, other%piece))]
       share = [((piece_start(obstacle, offset, behind(i)) - first%sigma) / (other%sigma - first%sigma), i=1, size(behind))]
       behind = pack(behind, share > at_joint .and. share < 1.0_wp - at_joint)

@@ -66,11 +66,10 @@ contains
       integer, intent(in) :: e
       real(wp), intent(in) :: tau(:)
       real(wp) :: local(3, size(tau))
-      real(wp) :: place(2), angle
       type(conforming_state_t) :: kept
       integer :: i
       do i = 1, size(tau)
-         call conforming_forces(problem, state, e, tau(i), local(:, i), place, angle, kept=kept)
+         call conforming_forces(problem, state, e, tau(i), local(:, i), kept=kept)
       end do
    end function local_forces
 
@@ -96,7 +95,7 @@ contains
       integer, intent(in) :: e
       real(wp), intent(in) :: middle(2)
       real(wp) :: total(3)
-      real(wp) :: x(2, 2), position(2), force(2), local(3), angle, line(2), rate(2)
+      real(wp) :: x(2, 2), position(2), force(2), local(3), line(2), rate(2)
       type(ge_load_t) :: load
       type(conforming_state_t) :: kept
       integer :: i, s
@@ -109,7 +108,7 @@ contains
       s = problem%model%mesh%stages(e)
       associate (h => state%geometry%element(e)%length)
          do i = 1, s
-            call conforming_forces(problem, state, e, problem%tableau(s)%c(i), local, position, angle, kept=kept)
+            call conforming_forces(problem, state, e, problem%tableau(s)%c(i), local, position, kept=kept)
             position = position - middle
             call line_at_stage(load, i, line, rate)
             force = h * problem%tableau(s)%b(i) * line
