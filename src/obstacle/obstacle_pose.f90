@@ -67,6 +67,8 @@ contains
       class(pose_t), intent(in) :: self
       type(track_t), intent(in) :: own         !! point of the track in the axes of the body
       track = own
+      track%place = own%place + self%shift
+      if (.not. abs(self%turn) > 0.0_wp) return
       track%place = self%place(own%place)
       track%tangent = self%direction(own%tangent)
    end function placed

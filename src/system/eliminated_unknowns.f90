@@ -88,8 +88,10 @@ contains
                system%slope(c) = 1.0_wp
                system%turned(node) = .true.
                system%axis(:, node) = [system%normal(2, c), -system%normal(1, c)]
-               rolls = rolled(problem, state, c)
-               system%lean(node) = rolls%lean
+               if (problem%candidates%rolls(c) .and. .not. problem%candidates%moves(c)) then
+                  rolls = rolled(problem, state, c)
+                  system%lean(node) = rolls%lean
+               end if
             end if
             d = dof(problem, node, i)
             system%unknown(c) = d
