@@ -25,16 +25,16 @@ contains
       type(ge_data_t), intent(in) :: element
       type(ge_stages_t), intent(in) :: stages
       type(inner_forces_t), intent(in) :: inner !! forces of foundations; if there are any, z must contain n at the stages
-      real(wp), allocatable, intent(out) :: change(:, :) !! (n_by, unknowns) increments
+      real(wp), contiguous, intent(out) :: change(:, :) !! (n_by, unknowns) increments; stored unknowns but the first three, then
+      !! one for each quadrature point of `inner`
       real(wp), intent(out) :: defect          !! largest residual, as a rotation
       logical, intent(out) :: singular         !! true: a pivot was zero, and the increments are undefined
-      real(wp), allocatable :: system(:, :), row_weight(:) ! columns are equations, see solve_small
+      real(wp) :: system(size(change, 2), size(change, 2)), row_weight(size(change, 2)) ! columns are equations, see solve_small
       integer :: s, stored_by, unknowns
       s = stages%s
       stored_by = s
       if (stages%stored) stored_by = 3 * s
       unknowns = stored_by + inner%n
-      allocate (system(unknowns, unknowns), change(n_by, unknowns), row_weight(unknowns))
       system = 0.0_wp
       change = 0.0_wp
       ! Weight of force equations relative to moment equations: a force times h is a moment, a pressure times h**2 is a moment.

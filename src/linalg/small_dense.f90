@@ -19,6 +19,8 @@ contains
       logical, intent(out) :: singular     !! true: a pivot was exactly zero or not finite; B is then undefined
       real(wp), intent(inout), optional :: weight(:) !! (>= n) factor > 0 of each equation in the comparison of pivots; out: in the
       !! order of the exchanged equations
+      integer, parameter :: frequent = 8   !! number of right-hand sides of most systems (ge_equations): with a constant the
+      !! compiler makes code without loops
       real(wp) :: part, best
       integer :: i, j, k, p
       singular = .false.
@@ -51,13 +53,21 @@ contains
             part = a(k, i) / a(k, k)
             if (.not. abs(part) > 0.0_wp) cycle
             call take_off(n - k, part, a(k + 1:n, k), a(k + 1:n, i))
-            call take_off(size(b, 1), part, b(:, k), b(:, i))
+            if (size(b, 1) == frequent) then
+               call take_off(frequent, part, b(:, k), b(:, i))
+            else
+               call take_off(size(b, 1), part, b(:, k), b(:, i))
+            end if
          end do
       end do
       do k = n, 1, -1
          b(:, k) = b(:, k) / a(k, k)
          do i = 1, k - 1
-            call take_off(size(b, 1), a(k, i), b(:, k), b(:, i))
+            if (size(b, 1) == frequent) then
+               call take_off(frequent, a(k, i), b(:, k), b(:, i))
+            else
+               call take_off(size(b, 1), a(k, i), b(:, k), b(:, i))
+            end if
          end do
       end do
 
