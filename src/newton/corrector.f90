@@ -67,7 +67,7 @@ contains
 
    !> Corrects a predictor to equilibrium at the distance of the control's increment from `base`, by Newton's method with a new
    !> tangent in each iteration.
-   subroutine correct(problem, base, control, keep_contact, state, system, report, far_off, again)
+   subroutine correct(problem, base, control, keep_contact, state, system, report, far_off, again, linearised)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: base !! state from which the increment is measured: a converged state, or the predictor itself
       type(control_t), intent(in) :: control     !! control; its tangent must be set if its method uses the tangent
@@ -78,12 +78,15 @@ contains
       logical, intent(in), optional :: far_off   !! true: touchdown points may be far from their final positions
       logical, intent(in), optional :: again !! true: at least one iteration is made, even if the residual is small, because the
       !! predictor may be close but inaccurate
+      logical, intent(in), optional :: linearised !! true: `system` is assembled and factored at `state`, which equals `base`
       real(wp) :: rhs
-      logical :: more
+      logical :: more, known
       type(state_t) :: origin
       type(control_t) :: seen
       type(kept_t) :: kept(1)
-      call linearise(problem, state, base, system)
+      known = .false.
+      if (present(linearised)) known = linearised
+      if (.not. known) call linearise(problem, state, base, system)
       if (.not. system%ok) then
          report%message = 'the tangent is singular'
          return

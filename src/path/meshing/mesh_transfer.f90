@@ -118,7 +118,8 @@ contains
          end if
          if (done) return
          better%state = run%last%state
-         call correct(problem, run%last%state, hold, .true., better%state, better%system, report)
+         better%system = run%last%system
+         call correct(problem, run%last%state, hold, .true., better%state, better%system, report, linearised=.true.)
          done = better%system%ok .and. report%converged
          if (done) return
          better%state = run%last%state
