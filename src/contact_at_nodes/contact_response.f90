@@ -41,7 +41,7 @@ contains
             reaction(c) = contact_reaction(system, c, residual) + reaction_change(system, c, x, y)
          end if
       end do
-      call coupled_response(problem%coupling, system%coupling, given, gap, reaction)
+      if (problem%coupling%n > 0) call coupled_response(problem%coupling, system%coupling, given, gap, reaction)
    end subroutine predict_contact
 
    !> Change of a candidate's gap. It includes the motion of the obstacle and the part of the gap that closes with the load factor.

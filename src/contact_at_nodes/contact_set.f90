@@ -50,6 +50,7 @@ contains
       logical, intent(in) :: frozen            !! true: the contact set is not changed
       type(contact_step_t), intent(inout) :: result
       real(wp) :: gap(problem%candidates%n), reaction(problem%candidates%n), none(problem%candidates%n)
+      logical :: holds ! true: the contact set does not change
 
       if (allocated(result%x)) deallocate (result%x)
       allocate (result%x(system%n))
@@ -67,7 +68,9 @@ contains
       call timing_start(phase_contact)
       none = 0.0_wp
       call predict_contact(problem, system, result%x, result%y, state%active, none, 0.0_wp * result%x, gap, reaction)
-      if (frozen) then
+      holds = frozen
+      if (.not. holds) holds = .not. any(violated(problem, state, system, result%y, gap, reaction))
+      if (holds) then
          result%reaction = merge(reaction, 0.0_wp, state%active)
       else
          call complement(problem, state, system, gap, reaction, result)
@@ -75,7 +78,7 @@ contains
       call timing_stop(phase_contact)
    end subroutine solve_contact_step
 
-   !> Finds the contact set whose predicted gaps and reactions satisfy their sign conditions.
+   !> Finds the contact set whose predicted gaps and reactions satisfy their sign conditions, if those of the present set do not.
    subroutine complement(problem, state, system, gap, reaction, result)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

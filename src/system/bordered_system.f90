@@ -110,7 +110,7 @@ contains
       call solve_factored(system%factor, x)
       do k = 1, size(x, 2)
          x(:, k) = without_rolling(system, x(:, k))
-         call add_excess_response(system%coupling, x(:, k))
+         if (system%coupling%n > 0) call add_excess_response(system%coupling, x(:, k))
          call count_up(counter_solution)
       end do
       call timing_stop(phase_solution)
@@ -167,7 +167,7 @@ contains
       where (system%fixed) b(:, 1) = known
       call solve_factored(system%factor, b)
       x = without_rolling(system, b(:, 1))
-      call add_excess_response(system%coupling, x)
+      if (system%coupling%n > 0) call add_excess_response(system%coupling, x)
       call count_up(counter_solution)
       call timing_stop(phase_solution)
    end subroutine solve_constrained
