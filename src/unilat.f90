@@ -8,7 +8,7 @@ program unilat
    use, intrinsic :: iso_fortran_env, only: input_unit, output_unit, error_unit
    use, intrinsic :: iso_c_binding, only: c_int
    use kinds, only: wp
-   use hdf5_file, only: hdf5_note
+   use result_file, only: file_note
    use errors, only: error_t
    use command_line, only: command_line_t, read_command_line, help_text
    use build_info, only: program_version, compiler, lapack_version, hdf5_version
@@ -146,7 +146,7 @@ program unilat
       saved%changed = options%deck /= '' .or. size(options%set) > 0
       saved%steps = deck_model%step
       if (saved%changed) call check_other_deck()
-      if (options%from /= '') call find_named_point(options%restart, options%from, saved%branch, saved%from, &
+      if (options%from /= '') call find_named_point(restart%items, options%restart, options%from, saved%branch, saved%from, &
          & saved%load_factor, error)
       if (allocated(error)) call stop_with(exit_deck_error, error%message)
    end if
@@ -228,7 +228,7 @@ contains
    !> Prints the notes about the result file on standard error.
    subroutine tell_note()
       character(:), allocatable :: note
-      call hdf5_note(recorder%results%file, note)
+      call file_note(recorder%results%file, note)
       if (note /= '') write (error_unit, '(a)') 'unilat: '//note
    end subroutine tell_note
 

@@ -1,5 +1,6 @@
 """Springs and stops by a law: two-sided, falling, of rotations and between two nodes, against linear beam theory (displacements are
 so small, or motions so simple, that it holds) or an integration of the beam's equation."""
+import h5py
 import numpy as np
 import pytest
 
@@ -24,6 +25,9 @@ def test_leaves_with_play_on_a_post_that_crushes():
     dr.assert_close(run.column("play"), 3.0 * lower + post(lower), absolute=5e-5 * 0.02)
     assert [c.label for c in run.results.critical] == ["C+", "C+", "LP", "LP", "EP"]
     dr.assert_close([0.02 * c.load_factor for c in run.results.critical], [0.003, 0.006, 0.015, 0.014, 0.02], relative=5e-5)
+    with h5py.File(run.results.filename) as file:      # a row a point of the law, a row a check
+        assert file["obstacles/POST/law"][0].tolist() == [0.0, 0.0] and file["obstacles/POST/law"].shape == (4, 2)
+        assert file["accuracy/place"].shape == (len(file["accuracy/check"]), 5)
 
 
 PAIR = """*HEADING

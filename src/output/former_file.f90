@@ -1,13 +1,12 @@
 !> Decides about an existing file with the name of a result file: results of unilat may be replaced, damaged files are renamed, and
 !> all other files are left unchanged.
 module former_file
-   use, intrinsic :: iso_c_binding, only: c_loc, c_ptr, c_char, c_null_char, c_f_pointer, c_associated, c_null_ptr
-   use hdf5, only: hid_t, h5f_acc_rdonly_f, h5fopen_f, h5fclose_f, h5fis_hdf5_f, h5oopen_f, h5oclose_f, h5aexists_f, h5aopen_f, &
-      & h5aread_f, h5aget_type_f, h5aclose_f, h5tclose_f, h5tis_variable_str_f
    use posix_files, only: look_at, rename_file, error_text, kind_nothing, kind_empty, kind_folder, kind_other
+   use file_items, only: items_t, text_in
+   use hdf5_contents, only: is_hdf5, read_items
    implicit none
    private
-   public :: make_room, is_result, text_attribute
+   public :: make_room, is_result
 
    !> Contents of a file:
    enum, bind(c)
@@ -73,55 +72,12 @@ contains
    !> Contents of a file that is not empty: is_ours, is_foreign, is_damaged or is_no_hdf5.
    integer function content(name)
       character(*), intent(in) :: name
-      integer(hid_t) :: file, root
-      integer :: status, close_status
-      logical :: is_hdf5, exists
-      call h5fis_hdf5_f(name, is_hdf5, status)
+      type(items_t) :: items
+      logical :: readable
       content = is_no_hdf5
-      if (status < 0 .or. .not. is_hdf5) return
+      if (.not. is_hdf5(name)) return
+      call read_items(name, items, readable, root_only=.true.)
       content = is_damaged
-      call h5fopen_f(name, h5f_acc_rdonly_f, file, status)
-      if (status < 0) return
-      call h5oopen_f(file, '/', root, status)
-      if (status >= 0) then
-         call h5aexists_f(root, 'program', exists, status)
-         if (status >= 0) then
-            content = is_foreign
-            if (exists) content = merge(is_ours, is_foreign, text_attribute(root, 'program') == 'unilat')
-         end if
-         call h5oclose_f(root, close_status)
-      end if
-      call h5fclose_f(file, close_status)
+      if (readable) content = merge(is_ours, is_foreign, text_in(items, '', 'program') == 'unilat')
    end function content
-
-   !> Value of a text attribute of variable length; '' if the attribute is missing, has another type, or cannot be read.
-   function text_attribute(place, name) result(text)
-      integer(hid_t), intent(in) :: place
-      character(*), intent(in) :: name
-      character(:), allocatable :: text
-      type(c_ptr), target :: pointer(1)
-      type(c_ptr) :: data
-      character(kind=c_char), pointer :: characters(:)
-      integer(hid_t) :: attribute, text_type
-      integer :: status, close_status, i
-      logical :: varies
-      text = ''
-      pointer(1) = c_null_ptr
-      data = c_loc(pointer)
-      call h5aopen_f(place, name, attribute, status)
-      if (status < 0) return
-      call h5aget_type_f(attribute, text_type, status)
-      if (status >= 0) then
-         call h5tis_variable_str_f(text_type, varies, status)
-         if (status >= 0 .and. varies) call h5aread_f(attribute, text_type, data, status)
-         call h5tclose_f(text_type, close_status)
-      end if
-      call h5aclose_f(attribute, close_status)
-      if (status < 0 .or. .not. c_associated(pointer(1))) return
-      call c_f_pointer(pointer(1), characters, [huge(1)])
-      do i = 1, huge(1) - 1
-         if (characters(i) == c_null_char) exit
-         text = text//characters(i)
-      end do
-   end function text_attribute
 end module former_file

@@ -6,9 +6,9 @@ module limit_series
    use path_record, only: limit_point_t
    use bar_series, only: value_columns_t, open_values, put_values, put_bars
    use result_tables, only: link_name
-   use hdf5_file, only: hdf5_file_t, hdf5_group
-   use hdf5_attributes, only: hdf5_attribute
-   use hdf5_series, only: series_set_t, series_table, series_defined, series_row, series_real, series_integer, series_text
+   use file_items, only: data_of
+   use result_file, only: result_file_t, put_group, put_attribute
+   use growing_tables, only: begin_table, end_definition, begin_row, put_value, put_label
    implicit none
    private
    public :: limit_series_t, open_limit_series, append_limit_point
@@ -30,17 +30,16 @@ module limit_series
 contains
 
    !> Defines the tables of all limit curves; does nothing if the deck has none. A failure is stored in the file.
-   subroutine open_limit_series(series, set, file, model)
+   subroutine open_limit_series(series, file, model)
       type(limit_series_t), intent(out) :: series
-      type(series_set_t), intent(inout) :: set
-      type(hdf5_file_t), intent(inout) :: file
+      type(result_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
       type(limit_point_t) :: no_point
       character(:), allocatable :: group
       integer :: i, k, n
       allocate (series%curve(sum([(size(model%step(i)%limit_curve), i=1, size(model%step))])))
       if (size(series%curve) == 0) return
-      call hdf5_group(file, '/limit_curve')
+      call put_group(file, '/limit_curve')
       allocate (no_point%monitor(size(model%monitor)))
       n = 0
       do i = 1, size(model%step)
@@ -52,46 +51,47 @@ contains
                id%units = trim(parameter_units(curve%parameter))
                id%values%with_bars = model%step(i)%error_bars
                group = '/limit_curve/'//link_name(curve%name)
-               call series_table(set, file, id%table, group)
-               call hdf5_attribute(file, group, 'step', i)
-               call hdf5_attribute(file, group, 'parameter', word_at(parameter_words, curve%parameter))
-               call hdf5_attribute(file, group, 'of', parameter_object(curve, model))
-               call hdf5_attribute(file, group, 'limit_point', curve%limit_point)
+               call begin_table(file, id%table, group)
+               call put_attribute(file, group, 'step', data_of(i))
+               call put_attribute(file, group, 'parameter', data_of(word_at(parameter_words, curve%parameter)))
+               call put_attribute(file, group, 'of', data_of(parameter_object(curve, model)))
+               call put_attribute(file, group, 'limit_point', data_of(curve%limit_point))
                call open_values(id%values, file, model, group)
-               call put_limit_point(set, id, no_point)
-               call series_defined(set, file, id%table)
+               call put_limit_point(file, id, no_point)
+               call end_definition(file, id%table)
             end associate
          end do
       end do
    end subroutine open_limit_series
 
    !> Adds one limit point to its curve.
-   subroutine append_limit_point(series, set, limit_point)
+   subroutine append_limit_point(series, file, limit_point)
       type(limit_series_t), intent(in) :: series
-      type(series_set_t), intent(inout) :: set
+      type(result_file_t), intent(inout) :: file
       type(limit_point_t), intent(in) :: limit_point !! limit point on a curve of the model; with as many monitors as the model has
       integer :: k
       do k = 1, size(series%curve)
          if (series%curve(k)%step == limit_point%step .and. series%curve(k)%curve == limit_point%curve) &
-            & call put_limit_point(set, series%curve(k), limit_point)
+            & call put_limit_point(file, series%curve(k), limit_point)
       end do
    end subroutine append_limit_point
 
    !> Columns of a limit curve.
-   subroutine put_limit_point(set, id, point)
-      type(series_set_t), intent(inout) :: set
+   subroutine put_limit_point(file, id, point)
+      type(result_file_t), intent(inout) :: file
       type(curve_series_t), intent(in) :: id
       type(limit_point_t), intent(in) :: point
-      call series_row(set, id%table)
-      call series_real(set, 'parameter', point%parameter, id%units, 'what is varied; infinity where the obstacle is rigid')
-      call series_integer(set, 'rigid', merge(1, 0, point%rigid), '1', '1: with a rigid obstacle, 0: else')
-      call series_real(set, 'load_factor', point%load_factor, '1', 'load factor of the step at the limit point')
-      call series_integer(set, 'iterations', point%iterations, '1', 'Newton iterations of all its corrections')
-      call series_real(set, 'residual', point%residual, '1', 'relative residual of equilibrium')
-      call series_real(set, 'load_rate', point%load_rate, '1', &
+      call begin_row(file, id%table)
+      call put_value(file, 'parameter', data_of(point%parameter), id%units, &
+         & 'what is varied; infinity where the obstacle is rigid')
+      call put_value(file, 'rigid', data_of(merge(1, 0, point%rigid)), '1', '1: with a rigid obstacle, 0: else')
+      call put_value(file, 'load_factor', data_of(point%load_factor), '1', 'load factor of the step at the limit point')
+      call put_value(file, 'iterations', data_of(point%iterations), '1', 'Newton iterations of all its corrections')
+      call put_value(file, 'residual', data_of(point%residual), '1', 'relative residual of equilibrium')
+      call put_value(file, 'load_rate', data_of(point%load_rate), '1', &
          & 'change of the load factor with arc length, zero at a limit point, over its value at the start of the path')
-      call series_text(set, 'label', 2, point%label, '1', 'blank, or TP the parameter turns back, EP end')
-      call put_values(set, id%values, 'monitor', point%monitor)
-      call put_bars(set, id%values, point%load_factor, point%monitor, point%bars)
+      call put_label(file, 'label', 2, point%label, '1', 'blank, or TP the parameter turns back, EP end')
+      call put_values(file, id%values, 'monitor', point%monitor)
+      call put_bars(file, id%values, point%load_factor, point%monitor, point%bars)
    end subroutine put_limit_point
 end module limit_series

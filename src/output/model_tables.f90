@@ -1,4 +1,4 @@
-!> Writes supports, springs, loads of the steps and node sets to the result file. A failure is stored in the file, see hdf5_file.
+!> Writes supports, springs, loads of the steps and node sets to the result file.
 module model_tables
    use kinds, only: wp
    use text, only: to_text
@@ -6,9 +6,8 @@ module model_tables
    use rod_samples, only: add_line_loads
    use gauss_tableau, only: max_stages
    use model, only: model_t, step_t, supports
-   use hdf5_file, only: hdf5_file_t, hdf5_group
-   use hdf5_attributes, only: hdf5_attribute
-   use hdf5_datasets, only: hdf5_write
+   use file_items, only: data_t, data_of
+   use result_file, only: result_file_t, put_group, put_data, put_attribute
    use result_tables, only: link_name
    implicit none
    private
@@ -20,45 +19,47 @@ contains
 
    !> Writes the group /supports: fixed unknowns and springs.
    subroutine write_supports(file, model)
-      type(hdf5_file_t), intent(inout) :: file
+      type(result_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
       integer, allocatable :: held(:)
       logical :: fixed(3, model%mesh%n_nodes)
       integer :: i
-      call hdf5_group(file, '/supports')
+      call put_group(file, '/supports')
       fixed = supports(model)
       held = where_any(fixed)
-      if (size(held) > 0) then
-         call hdf5_write(file, '/supports/node', held - 1, '1', 'supported nodes: '//node_rows)
-         call hdf5_write(file, '/supports/fixed', reshape(merge(1, 0, fixed(:, held)), [3, size(held)]), '1', &
-            & '1 where u, v, rotation of the node are held')
-      end if
+      call put_some(file, '/supports/node', data_of(held - 1), '1', 'supported nodes: '//node_rows)
+      call put_some(file, '/supports/fixed', data_of(merge(1, 0, fixed(:, held))), '1', &
+         & '1 where u, v, rotation of the node are held')
       held = where_any(model%spring > 0.0_wp)
-      if (size(held) > 0) then
-         call hdf5_write(file, '/supports/spring_node', held - 1, '1', 'nodes with springs to the ground: '//node_rows)
-         call hdf5_write(file, '/supports/spring', model%spring(:, held), 'force/length, force/length, moment/radian', &
-            & 'their stiffness for u, v, rotation')
-      end if
-      associate (pair => pack([(i, i=1, size(model%relative, 2))], model%relative(3, :) > 0))
-         if (size(pair) > 0) call hdf5_write(file, '/supports/relative_node', model%relative(2:, pair) - 1, '1', &
-            & 'stops, springs by a law and members between two nodes: '//node_rows)
-      end associate
+      call put_some(file, '/supports/spring_node', data_of(held - 1), '1', 'nodes with springs to the ground: '//node_rows)
+      call put_some(file, '/supports/spring', data_of(model%spring(:, held)), 'force/length, force/length, moment/radian', &
+         & 'their stiffness for u, v, rotation')
+      held = pack([(i, i=1, size(model%relative, 2))], model%relative(3, :) > 0)
+      call put_some(file, '/supports/relative_node', data_of(model%relative(2:, held) - 1), '1', &
+         & 'stops, springs by a law and members between two nodes: '//node_rows)
       associate (spring => model%joint_spring)
-         if (size(spring) == 0) return
-         call hdf5_write(file, '/supports/joint_spring_node', reshape([(spring(i)%node - 1, i=1, size(spring))], &
-            & [2, size(spring)]), '1', 'springs between two nodes: '//node_rows)
-         call hdf5_write(file, '/supports/joint_spring', spring%stiffness, 'force/length, moment/radian', 'their stiffness')
+         call put_some(file, '/supports/joint_spring_node', data_of(reshape([(spring(i)%node - 1, i=1, size(spring))], &
+            & [2, size(spring)])), '1', 'springs between two nodes: '//node_rows)
+         call put_some(file, '/supports/joint_spring', data_of(spring%stiffness), 'force/length, moment/radian', 'their stiffness')
       end associate
    end subroutine write_supports
 
+   !> As put_data, unless there are no values.
+   subroutine put_some(file, path, values, units, description)
+      type(result_file_t), intent(inout) :: file
+      character(*), intent(in) :: path, units, description
+      type(data_t), intent(in) :: values
+      if (size(values%bytes) > 0) call put_data(file, path, values, units, description)
+   end subroutine put_some
+
    !> Writes the group /loads, one group for each step: the loads that the step's load factor multiplies, without zeros.
    subroutine write_loads(file, model)
-      type(hdf5_file_t), intent(inout) :: file
+      type(result_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
       type(geometry_t) :: home
       integer :: i
       home = new_geometry(model)
-      call hdf5_group(file, '/loads')
+      call put_group(file, '/loads')
       do i = 1, size(model%step)
          call write_step_loads(file, model, home, model%step(i), '/loads/'//to_text(i))
       end do
@@ -66,7 +67,7 @@ contains
 
    !> Writes the loads of one step.
    subroutine write_step_loads(file, model, home, step, group)
-      type(hdf5_file_t), intent(inout) :: file
+      type(result_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
       type(geometry_t), intent(in) :: home
       type(step_t), intent(in) :: step
@@ -76,15 +77,14 @@ contains
       real(wp) :: stages(2, max_stages)
       logical :: varies
       integer :: i
-      call hdf5_group(file, group)
-      call hdf5_attribute(file, group, 'name', step%name)
-      call hdf5_attribute(file, group, 'stress_free_start', merge(1, 0, size(step%mode_offset) > 0))
+      call put_group(file, group)
+      call put_attribute(file, group, 'name', data_of(step%name))
+      call put_attribute(file, group, 'stress_free_start', data_of(merge(1, 0, size(step%mode_offset) > 0)))
       associate (load => step%load)
          at = where_any(abs(load%node_force) > 0.0_wp)
-         if (size(at) > 0) then
-            call hdf5_write(file, group//'/node', at - 1, '1', 'nodes with forces: '//node_rows)
-            call hdf5_write(file, group//'/force', load%node_force(:, at), 'force, force, moment', 'in x, in y, and the couple')
-         end if
+         call put_some(file, group//'/node', data_of(at - 1), '1', 'nodes with forces: '//node_rows)
+         call put_some(file, group//'/force', data_of(load%node_force(:, at)), 'force, force, moment', &
+            & 'in x, in y, and the couple')
          allocate (line(2, model%mesh%n_elements), pressure(model%mesh%n_elements))
          do i = 1, model%mesh%n_elements
             associate (n => max(1, model%mesh%stages(i)), ends => model%mesh%node(:, i))
@@ -95,53 +95,42 @@ contains
             end associate
          end do
          at = where_any(abs(line) > 0.0_wp)
-         if (size(at) > 0) then
-            call hdf5_write(file, group//'/element', at - 1, '1', 'elements with dead loads: '//element_rows)
-            call hdf5_write(file, group//'/line_force', line(:, at), 'force/length', &
-               & 'in x and y, per stress-free length, at the middle of the element')
-         end if
+         call put_some(file, group//'/element', data_of(at - 1), '1', 'elements with dead loads: '//element_rows)
+         call put_some(file, group//'/line_force', data_of(line(:, at)), 'force/length', &
+            & 'in x and y, per stress-free length, at the middle of the element')
          at = pack([(i, i=1, size(pressure))], abs(pressure) > 0.0_wp)
-         if (size(at) > 0) then
-            call hdf5_write(file, group//'/pressed_element', at - 1, '1', 'elements with pressure: '//element_rows)
-            call hdf5_write(file, group//'/pressure', pressure(at), 'force/length', &
-               & 'to the left of the element, follows it; at the middle of the stress-free element')
-         end if
+         call put_some(file, group//'/pressed_element', data_of(at - 1), '1', 'elements with pressure: '//element_rows)
+         call put_some(file, group//'/pressure', data_of(pressure(at)), 'force/length', &
+            & 'to the left of the element, follows it; at the middle of the stress-free element')
          at = pack([(i, i=1, size(load%strain))], abs(load%strain) > 0.0_wp .or. abs(load%curvature) > 0.0_wp)
-         if (size(at) > 0) then
-            call hdf5_write(file, group//'/heated_element', at - 1, '1', 'elements with a change of temperature: '//element_rows)
-            call hdf5_write(file, group//'/strain', load%strain(at), '1', 'strain that it would give a free element')
-            call hdf5_write(file, group//'/curvature', load%curvature(at), '1/length', 'and its change of curvature')
-         end if
+         call put_some(file, group//'/heated_element', data_of(at - 1), '1', 'elements with a change of temperature: '// &
+            & element_rows)
+         call put_some(file, group//'/strain', data_of(load%strain(at)), '1', 'strain that it would give a free element')
+         call put_some(file, group//'/curvature', data_of(load%curvature(at)), '1/length', 'and its change of curvature')
          at = where_any(abs(load%displacement) > 0.0_wp)
-         if (size(at) > 0) then
-            call hdf5_write(file, group//'/displaced_node', at - 1, '1', 'nodes with prescribed displacements: '//node_rows)
-            call hdf5_write(file, group//'/displacement', load%displacement(:, at), 'length, length, radian', &
-               & 'u, v, rotation')
-         end if
+         call put_some(file, group//'/displaced_node', data_of(at - 1), '1', 'nodes with prescribed displacements: '//node_rows)
+         call put_some(file, group//'/displacement', data_of(load%displacement(:, at)), 'length, length, radian', 'u, v, rotation')
          at = where_any(abs(load%motion) > 0.0_wp)
-         if (size(at) > 0) then
-            call hdf5_write(file, group//'/moved_obstacle', at, '1', 'obstacles that move, from 1')
-            call hdf5_write(file, group//'/motion', load%motion(:, at), 'length', 'how far, in x and y')
-         end if
+         call put_some(file, group//'/moved_obstacle', data_of(at), '1', 'obstacles that move, from 1')
+         call put_some(file, group//'/motion', data_of(load%motion(:, at)), 'length', 'how far, in x and y')
          allocate (pole(4, size(load%pole_load)))
          do i = 1, size(load%pole_load)
             pole(:, i) = [load%pole_load(i)%node - 1.0_wp, load%pole_load(i)%pole, load%pole_load(i)%magnitude]
          end do
-         if (size(pole) > 0) call hdf5_write(file, group//'/pole', pole, '1, length, length, force', &
-            & 'forces whose line passes through a fixed point: node (row of /mesh/coordinates, from 0), that point, the force '// &
-            & 'towards it')
+         call put_some(file, group//'/pole', data_of(pole), '1, length, length, force', 'forces whose line passes through a '// &
+            & 'fixed point: node (row of /mesh/coordinates, from 0), that point, the force towards it')
       end associate
    end subroutine write_step_loads
 
    !> Writes the group /sets: the nodes of each set.
    subroutine write_sets(file, model)
-      type(hdf5_file_t), intent(inout) :: file
+      type(result_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
       integer :: i
-      call hdf5_group(file, '/sets')
+      call put_group(file, '/sets')
       do i = 1, size(model%node_set)
          if (size(model%node_set(i)%node) == 0) cycle
-         call hdf5_write(file, '/sets/'//link_name(model%node_set(i)%name), model%node_set(i)%node - 1, '1', &
+         call put_data(file, '/sets/'//link_name(model%node_set(i)%name), data_of(model%node_set(i)%node - 1), '1', &
             & 'nodes of the set: '//node_rows)
       end do
    end subroutine write_sets

@@ -4,13 +4,11 @@
 !> this label: LP1 is the first limit point of the path. If there is only one such point, the number may be omitted. The number of a
 !> branch and a colon before the name mean a point of this branch: 2:LP1.
 module path_points
-   use hdf5, only: hid_t, hsize_t, h5f_acc_rdonly_f, h5fopen_f, h5fclose_f, h5dopen_f, h5dread_f, h5dclose_f, h5dget_space_f, &
-      & h5sget_simple_extent_npoints_f, h5sclose_f, h5tclose_f, h5t_native_double
    use kinds, only: wp
    use errors, only: error_t, fail
    use text, only: to_text, upper
    use printable_text, only: quoted
-   use hdf5_datasets, only: hdf5_text_type
+   use file_items, only: items_t, reals_in, texts_in
    implicit none
    private
    public :: find_named_point
@@ -27,8 +25,9 @@ module path_points
 contains
 
    !> Finds the point with a given name. The error message lists the existing names.
-   subroutine find_named_point(file, name, branch, point, load_factor, error)
-      character(*), intent(in) :: file             !! name of a result file of unilat
+   subroutine find_named_point(items, file, name, branch, point, load_factor, error)
+      type(items_t), intent(in) :: items           !! contents of a result file of unilat
+      character(*), intent(in) :: file             !! its name
       character(*), intent(in) :: name
       integer, intent(out) :: branch               !! number of the branch; 0: the path of the steps
       integer, intent(out) :: point                !! row of the point in the path, from 1
@@ -42,7 +41,7 @@ contains
       if (verify(name(:colon - 1), '0123456789') > 0) status = 1
       if (colon > 0 .and. status == 0) read (name(:colon - 1), *, iostat=status) branch
       if (status == 0) then
-         call read_path_points(file, branch, points, error)
+         call take_path_points(items, file, branch, points, error)
       else
          call fail(error, ''''//quoted(name)//''' names no point: before the colon is the number of a branch, as in 2:LP1')
       end if
@@ -50,47 +49,25 @@ contains
       if (.not. allocated(error)) call move_alloc(points%load_factor, load_factor)
    end subroutine find_named_point
 
-   !> Reads the points of a path from a result file. An error is returned if the file has no path.
-   subroutine read_path_points(path, branch, points, error)
-      character(*), intent(in) :: path             !! name of a result file of unilat
+   !> Takes the points of a path from the contents of a result file. An error is returned if there is no path.
+   subroutine take_path_points(items, file, branch, points, error)
+      type(items_t), intent(in) :: items
+      character(*), intent(in) :: file             !! name of the result file
       integer, intent(in) :: branch                !! number of the branch; 0: the path of the steps
       type(path_points_t), intent(out) :: points
       type(error_t), allocatable, intent(out) :: error
       character(:), allocatable :: group
-      integer(hid_t) :: file, dataset, space, text_type
-      integer(hsize_t) :: n
-      integer :: status, close_status, i
       group = '/path'
-      points%path = 'the path of '//path
+      points%path = 'the path of '//file
       if (branch > 0) then
          group = '/branch/'//to_text(branch)//group
-         points%path = 'branch '//to_text(branch)//' of '//path
+         points%path = 'branch '//to_text(branch)//' of '//file
       end if
-      call h5fopen_f(path, h5f_acc_rdonly_f, file, status)
-      n = 0
-      call h5dopen_f(file, group//'/load_factor', dataset, status)
-      if (status >= 0) then
-         call h5dget_space_f(dataset, space, status)
-         call h5sget_simple_extent_npoints_f(space, n, status)
-         allocate (points%load_factor(n), points%label(n))
-         call h5dread_f(dataset, h5t_native_double, points%load_factor, [n], status)
-         call h5sclose_f(space, close_status)
-         call h5dclose_f(dataset, close_status)
-      end if
-      if (status >= 0) call h5dopen_f(file, group//'/label', dataset, status)
-      if (status >= 0) then
-         call hdf5_text_type(label_length, text_type, status)
-         call h5dread_f(dataset, text_type, points%label, [n], status)
-         call h5tclose_f(text_type, close_status)
-         call h5dclose_f(dataset, close_status)
-      end if
-      call h5fclose_f(file, close_status)
-      if (status < 0 .or. n == 0) call fail(error, points%path//' has no points')
-      if (allocated(error)) return
-      do i = 1, size(points%label)
-         if (points%label(i) (1:1) == char(0)) points%label(i) = ''
-      end do
-   end subroutine read_path_points
+      points%load_factor = reals_in(items, group//'/load_factor')
+      points%label = texts_in(items, group//'/label', label_length)
+      if (size(points%label) == 0 .or. size(points%label) /= size(points%load_factor)) call fail(error, points%path// &
+         & ' has no points')
+   end subroutine take_path_points
 
    !> The point with a given name. The error message lists the existing names.
    subroutine point_called(points, name, point, error)

@@ -1,7 +1,7 @@
 !> Growing tables of one path: its points, critical points, contact regions, fields and contact forces.
 !>
 !> Those of the path of the steps are at the root of the result file, those of branch k in /branch/<k>; the layout is the same. For
-!> each table one procedure both defines the columns and stores a row (hdf5_series).
+!> each table one procedure both defines the columns and stores a row (growing_tables).
 module path_series
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp
@@ -10,10 +10,9 @@ module path_series
    use path_record, only: point_t, critical_t
    use bar_series, only: value_columns_t, open_values, put_values, put_bars
    use error_text, only: stored_bar, stored_correction
-   use hdf5_file, only: hdf5_file_t, hdf5_group, hdf5_has, hdf5_remove
-   use hdf5_datasets, only: hdf5_write
-   use hdf5_series, only: series_set_t, series_table, series_defined, series_row, series_real, series_integer, series_text, &
-      & series_reals, series_ragged, series_length
+   use file_items, only: data_of, row_of, place_of, remove_items
+   use result_file, only: result_file_t, put_group, put_data
+   use growing_tables, only: begin_table, end_definition, begin_row, put_value, put_label, table_length
    implicit none
    private
    public :: path_series_t, open_path_series, append_point, append_critical
@@ -45,10 +44,9 @@ module path_series
 contains
 
    !> Creates the groups of a path and defines its tables; a failure is stored in the file.
-   subroutine open_path_series(series, set, file, model, group)
+   subroutine open_path_series(series, file, model, group)
       type(path_series_t), intent(out) :: series
-      type(series_set_t), intent(inout) :: set
-      type(hdf5_file_t), intent(inout) :: file
+      type(result_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
       character(*), intent(in) :: group           !! group of the path: '' for the root, else an existing group
       type(point_t) :: no_point
@@ -57,33 +55,33 @@ contains
       series%group = group
       series%has = contents(model)
       allocate (no_point%monitor(size(model%monitor)), no_critical%monitor(size(model%monitor)), no_point%region(0))
-      call series_table(set, file, series%path, group//'/path')
-      call hdf5_group(file, group//'/path/monitor_rate')
+      call begin_table(file, series%path, group//'/path')
+      call put_group(file, group//'/path/monitor_rate')
       call open_values(series%has%values, file, model, group//'/path')
-      call put_point(set, series%path, series%has, no_point)
-      call series_defined(set, file, series%path)
-      call series_table(set, file, series%critical, group//'/critical')
+      call put_point(file, series%path, series%has, no_point)
+      call end_definition(file, series%path)
+      call begin_table(file, series%critical, group//'/critical')
       call open_values(series%has%values, file, model, group//'/critical')
-      call hdf5_group(file, group//'/critical/null_vector')
-      call put_critical(set, series%critical, series%has, no_critical)
-      call series_defined(set, file, series%critical)
+      call put_group(file, group//'/critical/null_vector')
+      call put_critical(file, series%critical, series%has, no_critical)
+      call end_definition(file, series%critical)
       if (series%has%n_contacts > 0) then
-         call series_table(set, file, series%contact, group//'/contact')
-         call put_contact(set, series%contact, series%has, no_point)
-         call series_defined(set, file, series%contact)
+         call begin_table(file, series%contact, group//'/contact')
+         call put_contact(file, series%contact, series%has, no_point)
+         call end_definition(file, series%contact)
       end if
       if (series%has%displacement .or. series%has%section_forces .or. series%has%reaction .or. series%has%gap) then
-         call series_table(set, file, series%field, group//'/fields')
-         call put_fields(set, series%field, series%has, no_point, 0)
-         call series_defined(set, file, series%field)
+         call begin_table(file, series%field, group//'/fields')
+         call put_fields(file, series%field, series%has, no_point, 0)
+         call end_definition(file, series%field)
       end if
-      call open_forces(series, set, file, model, group)
+      call open_forces(series, file, model, group)
       ! If a file is continued, these are its numbers of rows at the checkpoint; later null vectors are removed.
-      series%n_points = series_length(set, series%path)
-      series%n_critical = series_length(set, series%critical)
+      series%n_points = table_length(file, series%path)
+      series%n_critical = table_length(file, series%critical)
       k = series%n_critical + 1
-      do while (hdf5_has(file, group//'/critical/null_vector/'//to_text(k)))
-         call hdf5_remove(file, group//'/critical/null_vector/'//to_text(k))
+      do while (place_of(file%items, group//'/critical/null_vector/'//to_text(k), '') > 0)
+         call remove_items(file%items, group//'/critical/null_vector/'//to_text(k))
          k = k + 1
       end do
    end subroutine open_path_series
@@ -108,67 +106,67 @@ contains
    end function contents
 
    !> Appends one accepted point to every table for which the point has a value.
-   subroutine append_point(series, set, point)
+   subroutine append_point(series, file, point)
       type(path_series_t), intent(inout) :: series
-      type(series_set_t), intent(inout) :: set
+      type(result_file_t), intent(inout) :: file
       type(point_t), intent(in) :: point          !! as many monitors and reaction totals as the model has
       series%n_points = series%n_points + 1
-      call put_point(set, series%path, series%has, point)
-      if (series%contact > 0) call put_contact(set, series%contact, series%has, point)
+      call put_point(file, series%path, series%has, point)
+      if (series%contact > 0) call put_contact(file, series%contact, series%has, point)
       if (series%field > 0 .and. (allocated(point%displacement) .or. allocated(point%section_forces) .or. &
          & allocated(point%reaction) .or. allocated(point%gap))) &
-         & call put_fields(set, series%field, series%has, point, series%n_points)
-      call append_forces(series, set, point)
+         & call put_fields(file, series%field, series%has, point, series%n_points)
+      call append_forces(series, file, point)
    end subroutine append_point
 
-   !> Appends one critical point, and writes its null vectors, named by its row number.
-   subroutine append_critical(series, set, file, critical)
+   !> Appends one critical point, and stores its null vectors, named by its row number.
+   subroutine append_critical(series, file, critical)
       type(path_series_t), intent(inout) :: series
-      type(series_set_t), intent(inout) :: set
-      type(hdf5_file_t), intent(inout) :: file
+      type(result_file_t), intent(inout) :: file
       type(critical_t), intent(in) :: critical    !! as many monitors as the model has
       series%n_critical = series%n_critical + 1
-      call put_critical(set, series%critical, series%has, critical)
-      if (allocated(critical%null_vector)) call hdf5_write(file, series%group//'/critical/null_vector/'// &
-         & to_text(series%n_critical), critical%null_vector, '1, 1, radian / length', &
+      call put_critical(file, series%critical, series%has, critical)
+      if (allocated(critical%null_vector)) call put_data(file, series%group//'/critical/null_vector/'//to_text(series%n_critical), &
+         & data_of(critical%null_vector), '1, 1, radian / length', &
          & 'null vectors u, v and rotation of every node, the largest translation is 1')
    end subroutine append_critical
 
    ! The tables -----------------------------------------------------------------------------------------------------
 
    !> Columns of /path.
-   subroutine put_point(set, table, has, point)
-      type(series_set_t), intent(inout) :: set
+   subroutine put_point(file, table, has, point)
+      type(result_file_t), intent(inout) :: file
       integer, intent(in) :: table
       type(contents_t), intent(in) :: has
       type(point_t), intent(in) :: point
       real(wp) :: rate(1 + size(point%monitor))
       rate = ieee_value(rate, ieee_quiet_nan)
       if (allocated(point%rate)) rate = point%rate
-      call series_row(set, table)
-      call series_real(set, 'load_factor', point%load_factor, '1', 'load factor of the step')
-      call series_real(set, 'arc_length', point%arc_length, '1', 'sum of the dimensionless arc lengths from the start of the path')
-      call series_integer(set, 'step', point%step, '1', 'step of the deck, from 1')
-      call series_integer(set, 'iterations', point%iterations, '1', 'Newton iterations')
-      call series_real(set, 'residual', point%residual, '1', 'relative residual')
-      call series_integer(set, 'negative_pivots', point%negative_pivots, '1', &
+      call begin_row(file, table)
+      call put_value(file, 'load_factor', data_of(point%load_factor), '1', 'load factor of the step')
+      call put_value(file, 'arc_length', data_of(point%arc_length), '1', &
+         & 'sum of the dimensionless arc lengths from the start of the path')
+      call put_value(file, 'step', data_of(point%step), '1', 'step of the deck, from 1')
+      call put_value(file, 'iterations', data_of(point%iterations), '1', 'Newton iterations')
+      call put_value(file, 'residual', data_of(point%residual), '1', 'relative residual')
+      call put_value(file, 'negative_pivots', data_of(point%negative_pivots), '1', &
          & 'negative pivots of the tangent on the null space of the active constraints')
-      call series_integer(set, 'free_pivots', point%free_pivots, '1', &
+      call put_value(file, 'free_pivots', data_of(point%free_pivots), '1', &
          & 'the same and those directions in which contacts without force open; 0: stable')
-      call series_integer(set, 'active_contacts', point%active_contacts, '1', 'candidates in contact')
-      call series_integer(set, 'lcp_size', point%lcp_size, '1', 'largest LCP of the increment')
-      call series_integer(set, 'lcp_pivots', point%lcp_pivots, '1', 'pivots of all LCPs of the increment')
-      call series_text(set, 'label', 2, point%label, '1', 'blank, or '//label_words)
-      call put_values(set, has%values, 'monitor', point%monitor)
-      call series_real(set, 'load_rate', rate(1), '1', 'd(load factor)/d(arc length), zero at a limit point; NaN where '// &
-         & 'the path may have a corner')
-      call put_values(set, has%values, 'monitor_rate', rate(2:))
-      call put_bars(set, has%values, point%load_factor, point%monitor, point%bars)
+      call put_value(file, 'active_contacts', data_of(point%active_contacts), '1', 'candidates in contact')
+      call put_value(file, 'lcp_size', data_of(point%lcp_size), '1', 'largest LCP of the increment')
+      call put_value(file, 'lcp_pivots', data_of(point%lcp_pivots), '1', 'pivots of all LCPs of the increment')
+      call put_label(file, 'label', 2, point%label, '1', 'blank, or '//label_words)
+      call put_values(file, has%values, 'monitor', point%monitor)
+      call put_value(file, 'load_rate', data_of(rate(1)), '1', &
+         & 'd(load factor)/d(arc length), zero at a limit point; NaN where the path may have a corner')
+      call put_values(file, has%values, 'monitor_rate', rate(2:))
+      call put_bars(file, has%values, point%load_factor, point%monitor, point%bars)
    end subroutine put_point
 
    !> Columns of /critical.
-   subroutine put_critical(set, table, has, critical)
-      type(series_set_t), intent(inout) :: set
+   subroutine put_critical(file, table, has, critical)
+      type(result_file_t), intent(inout) :: file
       integer, intent(in) :: table
       type(contents_t), intent(in) :: has
       type(critical_t), intent(in) :: critical
@@ -178,135 +176,146 @@ contains
       if (allocated(critical%note)) note = critical%note
       multiplicity = 0
       if (allocated(critical%null_vector)) multiplicity = size(critical%null_vector, 3)
-      call series_row(set, table)
-      call series_text(set, 'label', 2, critical%label, '1', label_words)
-      call series_real(set, 'load_factor', critical%load_factor, '1', 'load factor of the step')
-      call series_integer(set, 'point', critical%point, '1', 'its point of the path, from 1')
-      call series_integer(set, 'step', critical%step, '1', 'step of the deck, from 1')
-      call series_integer(set, 'located', merge(1, 0, critical%located), '1', &
+      call begin_row(file, table)
+      call put_label(file, 'label', 2, critical%label, '1', label_words)
+      call put_value(file, 'load_factor', data_of(critical%load_factor), '1', 'load factor of the step')
+      call put_value(file, 'point', data_of(critical%point), '1', 'its point of the path, from 1')
+      call put_value(file, 'step', data_of(critical%step), '1', 'step of the deck, from 1')
+      call put_value(file, 'located', data_of(merge(1, 0, critical%located)), '1', &
          & '1: found to the tolerance asked for, 0: bracketed only')
-      call series_integer(set, 'multiplicity', multiplicity, '1', &
+      call put_value(file, 'multiplicity', data_of(multiplicity), '1', &
          & 'null vectors of a bifurcation, in null_vector/<row from 1>; 0: none are stored')
-      call series_text(set, 'note', note_length, note, '1', 'remark')
-      call put_values(set, has%values, 'monitor', critical%monitor)
-      call put_bars(set, has%values, critical%load_factor, critical%monitor, critical%bars)
+      call put_label(file, 'note', note_length, note, '1', 'remark')
+      call put_values(file, has%values, 'monitor', critical%monitor)
+      call put_bars(file, has%values, critical%load_factor, critical%monitor, critical%bars)
    end subroutine put_critical
 
    !> Columns of /contact.
-   subroutine put_contact(set, table, has, point)
-      type(series_set_t), intent(inout) :: set
+   subroutine put_contact(file, table, has, point)
+      type(result_file_t), intent(inout) :: file
       integer, intent(in) :: table
       type(contents_t), intent(in) :: has
       type(point_t), intent(in) :: point
       character(*), parameter :: along = 'stress-free arc length along the candidates at the ', &
          & angle = 'angle from the reference direction of the obstacle at the ', &
          & bar_of = 'error bar (NaN: no estimate, infinite: the mesh is too coarse to tell) of the '
-      call series_row(set, table)
+      call begin_row(file, table)
       associate (region => point%region)
-         call series_integer(set, 'count', size(region), '1', 'number of contact regions')
-         call series_ragged(set, 'start', region%start, 'length', along//'start of each region')
-         call series_ragged(set, 'end', region%end, 'length', along//'end of each region')
-         call series_ragged(set, 'angle_start', region%angle_start, 'degree', angle//'start of each region')
-         call series_ragged(set, 'angle_end', region%angle_end, 'degree', angle//'end of each region')
-         call series_ragged(set, 'contact', region%contact, '1', 'contact that each region belongs to, from 1; 0: no such region')
+         call put_value(file, 'count', data_of(size(region)), '1', 'number of contact regions')
+         call put_regions('start', region%start, 'length', along//'start of each region')
+         call put_regions('end', region%end, 'length', along//'end of each region')
+         call put_regions('angle_start', region%angle_start, 'degree', angle//'start of each region')
+         call put_regions('angle_end', region%angle_end, 'degree', angle//'end of each region')
+         call put_value(file, 'contact', data_of(region%contact), '1', &
+            & 'contact that each region belongs to, from 1; 0: no such region', ragged=.true.)
          if (has%place_bars) then
-            call series_ragged(set, 'start_error', stored_bar(region%bar(1)), 'length', bar_of//'start of each region')
-            call series_ragged(set, 'end_error', stored_bar(region%bar(2)), 'length', bar_of//'end of each region')
-            call series_ragged(set, 'start_corrected', stored_correction(region%start, region%bar(1)), 'length', &
+            call put_regions('start_error', stored_bar(region%bar(1)), 'length', bar_of//'start of each region')
+            call put_regions('end_error', stored_bar(region%bar(2)), 'length', bar_of//'end of each region')
+            call put_regions('start_corrected', stored_correction(region%start, region%bar(1)), 'length', &
                & 'start less its estimated error')
-            call series_ragged(set, 'end_corrected', stored_correction(region%end, region%bar(2)), 'length', &
+            call put_regions('end_corrected', stored_correction(region%end, region%bar(2)), 'length', &
                & 'end less its estimated error')
          end if
       end associate
-      call series_reals(set, 'reaction_total', [has%n_contacts], point%reaction_total, 'force', &
+      call put_value(file, 'reaction_total', row_of([has%n_contacts], point%reaction_total), 'force', &
          & 'sum of the normal reactions of each contact')
-      call series_reals(set, 'obstacle_force', [2, has%n_obstacles], point%obstacle_force, 'force', &
+      call put_value(file, 'obstacle_force', row_of([2, has%n_obstacles], point%obstacle_force), 'force', &
          & 'sum of the forces (x, y) of each obstacle on the structure, in the order of the deck')
-      if (has%moving) call series_reals(set, 'obstacle_shift', [2, has%n_obstacles], point%obstacle_shift, 'length', &
+      if (.not. has%moving) return
+      call put_value(file, 'obstacle_shift', row_of([2, has%n_obstacles], point%obstacle_shift), 'length', &
          & 'how far each obstacle has moved, in the order of the deck')
-      if (has%moving) call series_reals(set, 'obstacle_turn', [has%n_obstacles], point%obstacle_turn, 'radian', &
+      call put_value(file, 'obstacle_turn', row_of([has%n_obstacles], point%obstacle_turn), 'radian', &
          & 'how far each obstacle has turned about its pivot')
+
+   contains
+
+      !> A number of each region.
+      subroutine put_regions(name, value, units, description)
+         character(*), intent(in) :: name, units, description
+         real(wp), intent(in) :: value(:)         !! (regions)
+         call put_value(file, name, data_of(value), units, description, ragged=.true.)
+      end subroutine put_regions
    end subroutine put_contact
 
    !> Columns of /fields: fields that at least one step of the deck requests. A field that is not allocated counts as an absent
    !> argument.
-   subroutine put_fields(set, table, has, point, row)
-      type(series_set_t), intent(inout) :: set
+   subroutine put_fields(file, table, has, point, row)
+      type(result_file_t), intent(inout) :: file
       integer, intent(in) :: table
       type(contents_t), intent(in) :: has
       type(point_t), intent(in) :: point
       integer, intent(in) :: row                  !! the point's number, from 1
-      call series_row(set, table)
-      call series_integer(set, 'point', row, '1', 'point of the path of each row, from 1')
-      if (has%displacement) call series_reals(set, 'displacement', [3, has%n_nodes], point%displacement, &
+      call begin_row(file, table)
+      call put_value(file, 'point', data_of(row), '1', 'point of the path of each row, from 1')
+      if (has%displacement) call put_value(file, 'displacement', row_of([3, has%n_nodes], point%displacement), &
          & 'length, length, radian', 'displacements u, v and rotation of every node of the deck')
-      if (has%section_forces) call series_reals(set, 'section_forces', [3, 2, has%n_elements], point%section_forces, &
+      if (has%section_forces) call put_value(file, 'section_forces', row_of([3, 2, has%n_elements], point%section_forces), &
          & 'force, force, moment', 'N, Q, M at both ends of every element')
       if (has%reaction) then
-         call series_reals(set, 'reaction', [has%n_candidates], point%reaction, 'force', &
+         call put_value(file, 'reaction', row_of([has%n_candidates], point%reaction), 'force', &
             & 'normal reaction at every candidate; its share where reactions are distributed')
-         call series_reals(set, 'reaction_density', [has%n_candidates], point%reaction_density, 'force/length', &
+         call put_value(file, 'reaction_density', row_of([has%n_candidates], point%reaction_density), 'force/length', &
             & 'normal reaction per stress-free length; reactions at nodes: over half of both elements')
       end if
-      if (has%gap) call series_reals(set, 'gap', [has%n_candidates], point%gap, 'length', 'gap at every candidate')
-      if (has%reaction .or. has%gap) call series_reals(set, 'contact_point', [2, has%n_candidates], point%contact_point, &
+      if (has%gap) call put_value(file, 'gap', row_of([has%n_candidates], point%gap), 'length', 'gap at every candidate')
+      if (has%reaction .or. has%gap) call put_value(file, 'contact_point', row_of([2, has%n_candidates], point%contact_point), &
          & 'length', 'where reaction and gap of every candidate are: its node, or the contact point that it follows along the rod')
    end subroutine put_fields
 
    !> Defines both tables if a step stores reactions and the deck has contact along rods.
-   subroutine open_forces(series, set, file, model, group)
+   subroutine open_forces(series, file, model, group)
       type(path_series_t), intent(inout) :: series
-      type(series_set_t), intent(inout) :: set
-      type(hdf5_file_t), intent(inout) :: file
+      type(result_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
       character(*), intent(in) :: group           !! group of the path; '': root
       real(wp), parameter :: nothing(6) = 0.0_wp
       if (.not. any(model%contact%along)) return
       if (.not. any(model%step%field_every > 0 .and. model%step%field_reaction)) return
-      call series_table(set, file, series%force, group//'/contact_force')
-      call put_push(set, series%force, 0, nothing, .false.)
-      call series_defined(set, file, series%force)
-      call series_table(set, file, series%pressure, group//'/contact_pressure')
-      call put_push(set, series%pressure, 0, nothing, .true.)
-      call series_defined(set, file, series%pressure)
+      call begin_table(file, series%force, group//'/contact_force')
+      call put_push(file, series%force, 0, nothing, .false.)
+      call end_definition(file, series%force)
+      call begin_table(file, series%pressure, group//'/contact_pressure')
+      call put_push(file, series%pressure, 0, nothing, .true.)
+      call end_definition(file, series%pressure)
    end subroutine open_forces
 
    !> Appends the contact forces of one point.
-   subroutine append_forces(series, set, point)
+   subroutine append_forces(series, file, point)
       type(path_series_t), intent(in) :: series
-      type(series_set_t), intent(inout) :: set
+      type(result_file_t), intent(inout) :: file
       type(point_t), intent(in) :: point
       integer :: i
       if (series%force == 0) return
       if (allocated(point%contact_force)) then
          do i = 1, size(point%contact_force, 2)
-            call put_push(set, series%force, series%n_points, point%contact_force(:, i), .false.)
+            call put_push(file, series%force, series%n_points, point%contact_force(:, i), .false.)
          end do
       end if
       if (allocated(point%contact_pressure)) then
          do i = 1, size(point%contact_pressure, 2)
-            call put_push(set, series%pressure, series%n_points, point%contact_pressure(:, i), .true.)
+            call put_push(file, series%pressure, series%n_points, point%contact_pressure(:, i), .true.)
          end do
       end if
    end subroutine append_forces
 
    !> Columns of /contact_force and of /contact_pressure.
-   subroutine put_push(set, table, row, push, pressure)
-      type(series_set_t), intent(inout) :: set
+   subroutine put_push(file, table, row, push, pressure)
+      type(result_file_t), intent(inout) :: file
       integer, intent(in) :: table, row
       real(wp), intent(in) :: push(6)             !! see span_pushes
       logical, intent(in) :: pressure             !! true: per length; false: a force
-      call series_row(set, table)
-      call series_integer(set, 'point', row, '1', 'point of the path, from 1')
-      call series_integer(set, 'contact', nint(push(1)), '1', 'contact of the deck, from 1')
-      call series_real(set, 'arc_length', push(2), 'length', 'stress-free arc length along the contact')
-      call series_reals(set, 'place', [2], push(3:4), 'length', 'where it acts (x, y), deformed')
+      call begin_row(file, table)
+      call put_value(file, 'point', data_of(row), '1', 'point of the path, from 1')
+      call put_value(file, 'contact', data_of(nint(push(1))), '1', 'contact of the deck, from 1')
+      call put_value(file, 'arc_length', data_of(push(2)), 'length', 'stress-free arc length along the contact')
+      call put_value(file, 'place', data_of(push(3:4)), 'length', 'where it acts (x, y), deformed')
       if (pressure) then
-         call series_reals(set, 'force', [2], push(5:6), 'force/length', &
+         call put_value(file, 'force', data_of(push(5:6)), 'force/length', &
             & 'force (x, y) on the structure per stress-free length of a line of contact: five places at equal distances in '// &
             & 'each part that is smooth, one part after another')
       else
-         call series_reals(set, 'force', [2], push(5:6), 'force', 'force (x, y) on the structure at a point or the end of a line')
+         call put_value(file, 'force', data_of(push(5:6)), 'force', &
+            & 'force (x, y) on the structure at a point or the end of a line')
       end if
    end subroutine put_push
 end module path_series

@@ -1,5 +1,4 @@
-!> Parts of the result file that are written once: at its start, at the start of a branch, after a buckling step, and at its end. A
-!> failure is stored in the file, see hdf5_file.
+!> Parts of the result file that are written once: at its start, at the start of a branch, after a buckling step, and at its end.
 module result_tables
    use kinds, only: wp, i8, degree
    use text, only: to_text
@@ -18,9 +17,8 @@ module result_tables
    use path_record, only: branch_start_t, buckling_t
    use error_text, only: stored_bar, stored_correction, bar_description, corrected_description
    use run_accuracy, only: accuracy_t, check_t, checks_of
-   use hdf5_file, only: hdf5_file_t, hdf5_room, hdf5_group
-   use hdf5_attributes, only: hdf5_attribute
-   use hdf5_datasets, only: hdf5_write
+   use file_items, only: data_of
+   use result_file, only: result_file_t, put_group, put_data, put_attribute, text_with_room
    implicit none
    private
    public :: write_root, write_mesh, write_obstacles, write_candidates, write_branch, branch_group
@@ -30,50 +28,50 @@ contains
 
    !> Writes the root attributes; the status is "running".
    subroutine write_root(file, model, deck, version)
-      type(hdf5_file_t), intent(inout) :: file
+      type(result_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
       character(*), intent(in) :: deck            !! full text of the deck
       character(*), intent(in) :: version         !! of the program
-      call hdf5_attribute(file, '/', 'status', hdf5_room('running'))
-      call hdf5_attribute(file, '/', 'title', model%title)
-      call hdf5_attribute(file, '/', 'program', 'unilat')
-      call hdf5_attribute(file, '/', 'version', version)
-      call hdf5_attribute(file, '/', 'created', iso_time())
-      call hdf5_attribute(file, '/', 'deck', deck)
+      call put_attribute(file, '', 'status', data_of(text_with_room('running')))
+      call put_attribute(file, '', 'title', data_of(model%title))
+      call put_attribute(file, '', 'program', data_of('unilat'))
+      call put_attribute(file, '', 'version', data_of(version))
+      call put_attribute(file, '', 'created', data_of(iso_time()))
+      call put_attribute(file, '', 'deck', data_of(deck))
       if (model%length_unit /= '') then
-         call hdf5_attribute(file, '/', 'length_unit', model%length_unit)
-         call hdf5_attribute(file, '/', 'force_unit', model%force_unit)
+         call put_attribute(file, '', 'length_unit', data_of(model%length_unit))
+         call put_attribute(file, '', 'force_unit', data_of(model%force_unit))
       end if
    end subroutine write_root
 
    !> Writes nodes and elements.
    subroutine write_mesh(file, model)
-      type(hdf5_file_t), intent(inout) :: file
+      type(result_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
       type(geometry_t) :: home
       type(section_t) :: section(model%mesh%n_elements)
       integer :: i
-      call hdf5_group(file, '/mesh')
-      call hdf5_write(file, '/mesh/coordinates', model%mesh%x, 'length', 'stress-free position (x, y) of every node')
-      call hdf5_write(file, '/mesh/elements', model%mesh%node - 1, '1', &
+      call put_group(file, '/mesh')
+      call put_data(file, '/mesh/coordinates', data_of(model%mesh%x), 'length', 'stress-free position (x, y) of every node')
+      call put_data(file, '/mesh/elements', data_of(model%mesh%node - 1), '1', &
          & 'rows of coordinates (from 0) of the first and second node of every element')
-      call hdf5_write(file, '/mesh/node_label', model%mesh%node_label, '1', 'node numbers of the deck')
-      call hdf5_write(file, '/mesh/element_label', model%mesh%element_label, '1', 'element numbers of the deck')
+      call put_data(file, '/mesh/node_label', data_of(model%mesh%node_label), '1', 'node numbers of the deck')
+      call put_data(file, '/mesh/element_label', data_of(model%mesh%element_label), '1', 'element numbers of the deck')
       home = new_geometry(model)
       do i = 1, model%mesh%n_elements
          section(i) = middle_section(model, home, i)
       end do
-      call hdf5_write(file, '/mesh/bending_stiffness', section%ei, 'force length^2', 'EI of every element, at its middle')
+      call put_data(file, '/mesh/bending_stiffness', data_of(section%ei), 'force length^2', 'EI of every element, at its middle')
       ! Coordinates of few elements do not tell an arc from a polygon.
-      if (any(follows_curves(model%mesh%family))) call hdf5_write(file, '/mesh/direction', &
-         & reshape([(home%element(i)%end_angle, i=1, size(section))], [2, size(section)]), 'radian', &
+      if (any(follows_curves(model%mesh%family))) call put_data(file, '/mesh/direction', &
+         & data_of(reshape([(home%element(i)%end_angle, i=1, size(section))], [2, size(section)])), 'radian', &
          & 'direction of the stress-free axis at both ends of every element, from the x axis to the left')
       call write_joints(file, model)
    end subroutine write_mesh
 
    !> Writes /joints: released ends and rigid links. The jump at a release is the difference of the displacements of its two nodes.
    subroutine write_joints(file, model)
-      type(hdf5_file_t), intent(inout) :: file
+      type(result_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
       integer, allocatable :: link(:, :)
       integer :: i
@@ -84,80 +82,80 @@ contains
          end associate
       end do
       if (size(model%release) == 0 .and. size(link, 2) == 0) return
-      call hdf5_group(file, '/joints')
+      call put_group(file, '/joints')
       if (size(model%release) > 0) then
-         call hdf5_write(file, '/joints/release', reshape([([model%release(i)%node, model%release(i)%own], i=1, &
-            & size(model%release))], [2, size(model%release)]) - 1, '1', &
+         call put_data(file, '/joints/release', data_of(reshape([([model%release(i)%node, model%release(i)%own], i=1, &
+            & size(model%release))], [2, size(model%release)]) - 1), '1', &
             & 'node of each joint, and that at its place which the released ends have (rows of /mesh/coordinates, from 0)')
-         call hdf5_write(file, '/joints/released', reshape([(merge(1, 0, model%release(i)%free), i=1, size(model%release))], &
-            & [3, size(model%release)]), '1', '1 where u, v, rotation are released, 0 where they are the same')
+         call put_data(file, '/joints/released', data_of(reshape([(merge(1, 0, model%release(i)%free), i=1, size(model%release))], &
+            & [3, size(model%release)])), '1', '1 where u, v, rotation are released, 0 where they are the same')
       end if
-      if (size(link, 2) > 0) call hdf5_write(file, '/joints/link', link - 1, '1', &
+      if (size(link, 2) > 0) call put_data(file, '/joints/link', data_of(link - 1), '1', &
          & 'rigid bars: the node that turns them and the node they carry (rows of /mesh/coordinates, from 0)')
    end subroutine write_joints
 
    !> Writes a group for every obstacle: attributes, and for curves their points and the surface for drawing.
    subroutine write_obstacles(file, model)
-      type(hdf5_file_t), intent(inout) :: file
+      type(result_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
       character(:), allocatable :: group
       integer :: i
-      call hdf5_group(file, '/obstacles')
+      call put_group(file, '/obstacles')
       associate (obstacle => model%obstacle)
          do i = 1, size(model%obstacle)
             group = '/obstacles/'//link_name(obstacle(i)%name)
-            call hdf5_group(file, group)
-            call hdf5_attribute(file, group, 'side', side_name(obstacle(i)))
-            call hdf5_attribute(file, group, 'type', kind_name(obstacle(i)))
-            call hdf5_attribute(file, group, 'number', i)
+            call put_group(file, group)
+            call put_attribute(file, group, 'side', data_of(side_name(obstacle(i))))
+            call put_attribute(file, group, 'type', data_of(kind_name(obstacle(i))))
+            call put_attribute(file, group, 'number', data_of(i))
             if (obstacle(i)%at_nodes) call write_stops(file, model, i, group)
             select case (obstacle(i)%kind)
             case (obstacle_line)
-               if (.not. obstacle(i)%at_nodes) call hdf5_attribute(file, group, 'points', obstacle(i)%point)
+               if (.not. obstacle(i)%at_nodes) call put_attribute(file, group, 'points', data_of(obstacle(i)%point))
             case (obstacle_circle, obstacle_arc)
-               call hdf5_attribute(file, group, 'centre', obstacle(i)%centre)
-               call hdf5_attribute(file, group, 'radius', obstacle(i)%radius)
+               call put_attribute(file, group, 'centre', data_of(obstacle(i)%centre))
+               call put_attribute(file, group, 'radius', data_of(obstacle(i)%radius))
             case default
-               if (obstacle(i)%kind == obstacle_polyline) call hdf5_attribute(file, group, 'radius', obstacle(i)%radius)
-               call hdf5_write(file, group//'/points', obstacle(i)%point, 'length', 'points of the deck')
+               if (obstacle(i)%kind == obstacle_polyline) call put_attribute(file, group, 'radius', data_of(obstacle(i)%radius))
+               call put_data(file, group//'/points', data_of(obstacle(i)%point), 'length', 'points of the deck')
             end select
-            if (obstacle(i)%kind == obstacle_arc) call hdf5_attribute(file, group, 'angles', obstacle(i)%angle / degree)
-            if (.not. any(obstacle(i)%kind == [obstacle_line, obstacle_circle])) call hdf5_write(file, group//'/surface', &
-               & curve_samples(obstacle(i)%curve), 'length', 'points along the surface, which goes on straight beyond its '// &
-               & 'ends unless they meet')
-            call hdf5_attribute(file, group, 'reference_angle', obstacle(i)%reference_angle / degree)
+            if (obstacle(i)%kind == obstacle_arc) call put_attribute(file, group, 'angles', data_of(obstacle(i)%angle / degree))
+            if (.not. any(obstacle(i)%kind == [obstacle_line, obstacle_circle])) call put_data(file, group//'/surface', &
+               & data_of(curve_samples(obstacle(i)%curve)), 'length', &
+               & 'points along the surface, which goes on straight beyond its ends unless they meet')
+            call put_attribute(file, group, 'reference_angle', data_of(obstacle(i)%reference_angle / degree))
             if (obstacle(i)%carrier > 0) then
-               call hdf5_attribute(file, group, 'node', model%mesh%node_label(obstacle(i)%carrier))
-               call hdf5_attribute(file, group, 'pivot', model%mesh%x(:, obstacle(i)%carrier))
+               call put_attribute(file, group, 'node', data_of(model%mesh%node_label(obstacle(i)%carrier)))
+               call put_attribute(file, group, 'pivot', data_of(model%mesh%x(:, obstacle(i)%carrier)))
             end if
             if (obstacle(i)%rigid) then
-               call hdf5_attribute(file, group, 'foundation', 'rigid')
+               call put_attribute(file, group, 'foundation', data_of('rigid'))
             else if (obstacle(i)%law > 0) then
-               call hdf5_attribute(file, group, 'foundation', 'law')
+               call put_attribute(file, group, 'foundation', data_of('law'))
                associate (curve => model%law(obstacle(i)%law))
-                  call hdf5_write(file, group//'/law', transpose(reshape([curve%penetration, obstacle(i)%width * curve%force], &
-                     & [size(curve%force), 2])), 'length, force/length', 'penetration and force per length of rod')
+                  call put_data(file, group//'/law', data_of(transpose(reshape([curve%penetration, obstacle(i)%width * &
+                     & curve%force], [size(curve%force), 2]))), 'length, force/length', 'penetration and force per length of rod')
                end associate
             else if (obstacle(i)%ground == ground_half_space) then
-               call hdf5_attribute(file, group, 'foundation', 'half-space')
-               call hdf5_attribute(file, group, 'young', obstacle(i)%young)
-               call hdf5_attribute(file, group, 'poisson', obstacle(i)%poisson)
-               call hdf5_attribute(file, group, 'width', obstacle(i)%width)
+               call put_attribute(file, group, 'foundation', data_of('half-space'))
+               call put_attribute(file, group, 'young', data_of(obstacle(i)%young))
+               call put_attribute(file, group, 'poisson', data_of(obstacle(i)%poisson))
+               call put_attribute(file, group, 'width', data_of(obstacle(i)%width))
             else if (obstacle(i)%ground == ground_pasternak) then
-               call hdf5_attribute(file, group, 'foundation', 'pasternak')
-               call hdf5_attribute(file, group, 'shear', obstacle(i)%shear)
+               call put_attribute(file, group, 'foundation', data_of('pasternak'))
+               call put_attribute(file, group, 'shear', data_of(obstacle(i)%shear))
             else
-               call hdf5_attribute(file, group, 'foundation', 'winkler')
+               call put_attribute(file, group, 'foundation', data_of('winkler'))
             end if
-            call hdf5_attribute(file, group, 'modulus', obstacle(i)%modulus)
-            call hdf5_attribute(file, group, 'bilateral', merge(1, 0, obstacle(i)%bilateral))
+            call put_attribute(file, group, 'modulus', data_of(obstacle(i)%modulus))
+            call put_attribute(file, group, 'bilateral', data_of(merge(1, 0, obstacle(i)%bilateral)))
          end do
       end associate
    end subroutine write_obstacles
 
    !> Writes the stops of a *GAP: their positions, and the direction in which they push.
    subroutine write_stops(file, model, number, group)
-      type(hdf5_file_t), intent(inout) :: file
+      type(result_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
       integer, intent(in) :: number               !! number of the obstacle
       character(*), intent(in) :: group           !! group of the obstacle
@@ -175,31 +173,32 @@ contains
             end associate
          end do
       end do
-      call hdf5_attribute(file, group, 'normal', normal)
-      call hdf5_write(file, group//'/points', place, 'length', 'where the nodes meet their stops on the ground')
+      call put_attribute(file, group, 'normal', data_of(normal))
+      call put_data(file, group//'/points', data_of(place), 'length', 'where the nodes meet their stops on the ground')
    end subroutine write_stops
 
-   !> Writes the candidates for contact and their obstacles; the group /contact must exist.
+   !> Writes the candidates for contact and their obstacles.
    subroutine write_candidates(file, model)
-      type(hdf5_file_t), intent(inout) :: file
+      type(result_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
       real(wp), allocatable :: along(:), round(:)
       integer :: i, k
+      call put_group(file, '/contact')
       call measure_contacts(model, along, round)
       associate (contact => model%contact)
-         call hdf5_write(file, '/contact/candidates', &
-            & [(model%mesh%node_label(contact(i)%node), i=1, size(contact))], '1', &
+         call put_data(file, '/contact/candidates', &
+            & data_of([(model%mesh%node_label(contact(i)%node), i=1, size(contact))]), '1', &
             & 'node numbers (of the deck) of the candidates, contact after contact')
-         call hdf5_write(file, '/contact/candidate_contact', &
-            & [((i, k=1, size(contact(i)%node)), i=1, size(contact))], '1', 'contact of each candidate, from 1')
-         call hdf5_write(file, '/contact/obstacle', model%obstacle(contact%obstacle)%name, '1', &
+         call put_data(file, '/contact/candidate_contact', &
+            & data_of([((i, k=1, size(contact(i)%node)), i=1, size(contact))]), '1', 'contact of each candidate, from 1')
+         call put_data(file, '/contact/obstacle', data_of(model%obstacle(contact%obstacle)%name), '1', &
             & 'name of the obstacle of each contact')
-         call hdf5_write(file, '/contact/points', points_name(contact), '1', 'where the reactions of each contact act: at ' &
+         call put_data(file, '/contact/points', data_of(points_name(contact)), '1', 'where the reactions of each contact act: at ' &
             & //'nodes, anywhere along the rod (spans), all along the elements (distributed)')
       end associate
-      call hdf5_write(file, '/contact/arc_length', along, 'length', 'stress-free arc length along the contact of each ' &
+      call put_data(file, '/contact/arc_length', data_of(along), 'length', 'stress-free arc length along the contact of each ' &
          & //'candidate')
-      call hdf5_write(file, '/contact/chain_length', round, 'length', 'once round, of contacts whose candidates are a ' &
+      call put_data(file, '/contact/chain_length', data_of(round), 'length', 'once round, of contacts whose candidates are a ' &
          & //'closed chain; 0: open')
    end subroutine write_candidates
 
@@ -222,14 +221,20 @@ contains
       end do
    end subroutine measure_contacts
 
-   !> Writes the group of a branch with its attributes; the group /branch must exist.
+   !> Stores the group of a branch with its attributes; the group /branch must exist.
    subroutine write_branch(file, start)
-      type(hdf5_file_t), intent(inout) :: file
+      type(result_file_t), intent(inout) :: file
       type(branch_start_t), intent(in) :: start
-      call hdf5_group(file, branch_group(start))
-      call hdf5_attribute(file, branch_group(start), 'name', start%name)
-      call hdf5_attribute(file, branch_group(start), [character(11) :: 'step', 'of', 'bifurcation', 'mode', 'side', 'point'], &
-         & [start%step, start%of, start%bifurcation, start%mode, start%side, start%point])
+      character(:), allocatable :: group
+      group = branch_group(start)
+      call put_group(file, group)
+      call put_attribute(file, group, 'name', data_of(start%name))
+      call put_attribute(file, group, 'step', data_of(start%step))
+      call put_attribute(file, group, 'of', data_of(start%of))
+      call put_attribute(file, group, 'bifurcation', data_of(start%bifurcation))
+      call put_attribute(file, group, 'mode', data_of(start%mode))
+      call put_attribute(file, group, 'side', data_of(start%side))
+      call put_attribute(file, group, 'point', data_of(start%point))
    end subroutine write_branch
 
    !> Full path of the group of a branch.
@@ -241,54 +246,54 @@ contains
 
    !> Writes the modes of a buckling step; the group /buckling must exist.
    subroutine write_buckling(file, model, buckling)
-      type(hdf5_file_t), intent(inout) :: file
+      type(result_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
       type(buckling_t), intent(in) :: buckling
       character(:), allocatable :: group
       group = '/buckling/'//link_name(model%step(buckling%step)%name)
-      call hdf5_group(file, group)
-      call hdf5_attribute(file, group, 'step', buckling%step)
-      call hdf5_write(file, group//'/load_factor', buckling%load_factor, '1', &
+      call put_group(file, group)
+      call put_attribute(file, group, 'step', data_of(buckling%step))
+      call put_data(file, group//'/load_factor', data_of(buckling%load_factor), '1', &
          & 'factors of the loads of the step at which it buckles, the smallest in size first')
       if (allocated(buckling%bar)) then
-         call hdf5_write(file, group//'/error', stored_bar(buckling%bar), '1', bar_description)
-         call hdf5_write(file, group//'/corrected', stored_correction(buckling%load_factor, buckling%bar), '1', &
+         call put_data(file, group//'/error', data_of(stored_bar(buckling%bar)), '1', bar_description)
+         call put_data(file, group//'/corrected', data_of(stored_correction(buckling%load_factor, buckling%bar)), '1', &
             & corrected_description)
       end if
-      call hdf5_write(file, group//'/residual', buckling%residual, '1', 'relative residual of the eigenvalue problem')
-      call hdf5_write(file, group//'/mode', buckling%mode, '1, 1, radian / length', &
+      call put_data(file, group//'/residual', data_of(buckling%residual), '1', 'relative residual of the eigenvalue problem')
+      call put_data(file, group//'/mode', data_of(buckling%mode), '1, 1, radian / length', &
          & 'u, v and rotation of every node in each mode, the largest translation is 1')
    end subroutine write_buckling
 
    !> Writes seconds and calls of the phases, and the counters.
    subroutine write_performance(file)
-      type(hdf5_file_t), intent(inout) :: file
+      type(result_file_t), intent(inout) :: file
       integer :: i
-      call hdf5_group(file, '/performance')
-      call hdf5_write(file, '/performance/phase', phase_name, '1', 'phases of the run')
-      call hdf5_write(file, '/performance/seconds', [(timing_seconds(i), i=1, n_phases)], 'second', &
+      call put_group(file, '/performance')
+      call put_data(file, '/performance/phase', data_of(phase_name), '1', 'phases of the run')
+      call put_data(file, '/performance/seconds', data_of([(timing_seconds(i), i=1, n_phases)]), 'second', &
          & 'time spent in each phase, without the phases called from it')
-      call hdf5_write(file, '/performance/calls', [(default_integer(timing_calls(i)), i=1, n_phases)], '1', &
+      call put_data(file, '/performance/calls', data_of([(default_integer(timing_calls(i)), i=1, n_phases)]), '1', &
          & 'how often each phase was started')
-      call hdf5_write(file, '/performance/counter', counter_name, '1', 'what was counted')
-      call hdf5_write(file, '/performance/value', [(default_integer(counted(i)), i=1, n_counters)], '1', &
+      call put_data(file, '/performance/counter', data_of(counter_name), '1', 'what was counted')
+      call put_data(file, '/performance/value', data_of([(default_integer(counted(i)), i=1, n_counters)]), '1', &
          & 'the counts')
    end subroutine write_performance
 
    !> Writes the worst values of all checks and their places, a row each.
    subroutine write_accuracy(file, accuracy)
-      type(hdf5_file_t), intent(inout) :: file
+      type(result_file_t), intent(inout) :: file
       type(accuracy_t), intent(in) :: accuracy
       type(check_t), allocatable :: check(:)
       check = checks_of(accuracy)
-      call hdf5_group(file, '/accuracy')
-      call hdf5_write(file, '/accuracy/check', check%name, '1', 'what was checked')
-      call hdf5_write(file, '/accuracy/description', check%description, '1', 'what its value is')
-      call hdf5_write(file, '/accuracy/value', check%worst%value, '1', 'worst value of all points')
-      call hdf5_write(file, '/accuracy/load_factor', check%worst%at%load_factor, '1', 'load factor where it is worst')
+      call put_group(file, '/accuracy')
+      call put_data(file, '/accuracy/check', data_of(check%name), '1', 'what was checked')
+      call put_data(file, '/accuracy/description', data_of(check%description), '1', 'what its value is')
+      call put_data(file, '/accuracy/value', data_of(check%worst%value), '1', 'worst value of all points')
+      call put_data(file, '/accuracy/load_factor', data_of(check%worst%at%load_factor), '1', 'load factor where it is worst')
       associate (at => check%worst%at)
-         call hdf5_write(file, '/accuracy/place', transpose(reshape([at%branch, at%step, at%point, at%node, at%element], &
-            & [size(check), 5])), '1', 'where it is worst: branch, step, point; label of a node or an element, 0: none')
+         call put_data(file, '/accuracy/place', data_of(transpose(reshape([at%branch, at%step, at%point, at%node, at%element], &
+            & [size(check), 5]))), '1', 'where it is worst: branch, step, point; label of a node or an element, 0: none')
       end associate
    end subroutine write_accuracy
 

@@ -1,9 +1,9 @@
 !> The result file: its contents and the times at which it is written. input/manual/output.md describes its layout.
 !>
-!> Rows are collected in memory. The first point found 0.2 s or more after the last flush causes a flush: the file is replaced as a
-!> whole, with all rows of every dataset (hdf5_file), so a killed run loses at most the points of the last 0.2 s. Large files take
-!> longer to write and are written less often: writing never takes more than a twentieth of the run. Until the first flush a former
-!> file of this name is unchanged. The status is "running" until the last flush.
+!> The contents are kept in memory. The first point found 0.2 s or more after the last flush causes a flush: the file is replaced as
+!> a whole (result_file), so a killed run loses at most the points of the last 0.2 s. Large files take longer to write and are
+!> written less often: writing never takes more than a twentieth of the run. Until the first flush a former file of this name is
+!> unchanged. The status is "running" until the last flush.
 module results
    use kinds, only: wp, i8
    use errors, only: error_t
@@ -15,11 +15,11 @@ module results
    use model_tables, only: write_supports, write_loads, write_sets
    use path_series, only: path_series_t, open_path_series, append_point, append_critical
    use limit_series, only: limit_series_t, open_limit_series, append_limit_point
-   use hdf5_file, only: hdf5_file_t, hdf5_create, hdf5_group, hdf5_flush, hdf5_close, hdf5_error, hdf5_has, hdf5_remove
-   use hdf5_attributes, only: hdf5_attribute
+   use file_items, only: data_of, place_of, remove_items
+   use result_file, only: result_file_t, file_create, put_group, put_attribute, file_flush, file_close, file_error
+   use growing_tables, only: continue_tables, table_rows, check_tables
    use archive, only: leave_out_zeros
-   use hdf5_series, only: series_set_t, series_write, series_keep, series_rows
-   use restart_file, only: restart_t, write_restart
+   use restart_file, only: restart_t, put_restart
    implicit none
    private
    public :: results_t, results_open, results_parameter, results_leave, results_close
@@ -30,17 +30,14 @@ module results
    integer(i8), parameter :: rest_of_flush = 20_i8 !! least time between flushes, over the duration of the last flush
    integer(i8), parameter :: patience = 5_i8      !! factor on the least time: a flush due at a point waits so long for a
    !! checkpoint, from which a run can continue
-   integer, parameter :: flush_bytes = 8000000    !! largest number of bytes kept in memory (fields)
 
    !> An open result file.
    type :: results_t
       private
-      type(hdf5_file_t), public :: file           !! for further datasets of fixed size
+      type(result_file_t), public :: file         !! its contents
       type(model_t) :: model                      !! needed for the groups of branches, which are created when a branch starts
-      type(series_set_t) :: set
       type(path_series_t) :: path(0:1)            !! the path of the steps, and the branch that started last
       integer :: current = 0                      !! index of the path to which rows are appended
-      logical :: has_branches = .false., has_parameters = .false.
       integer :: n_branches = 0                   !! number of branches started so far
       type(restart_t) :: checkpoint                 !! last checkpoint of the run
       logical :: has_states = .false.             !! true: flushes contain a checkpoint, and wait for the next one, see patience
@@ -63,34 +60,31 @@ contains
       character(*), intent(in) :: version         !! of the program
       type(error_t), allocatable, intent(out) :: error !! contains the path and the reason
       logical, intent(in), optional :: force      !! true: any file of this name is replaced; default: false
-      type(restart_t), intent(in), optional :: restart !! checkpoint that the file continues; default: none
+      type(restart_t), intent(inout), optional :: restart !! checkpoint that the file continues, whose items move into the file;
+      !! default: none
       integer(i8) :: rate
       logical :: goes_on
       results%model = model
+      call file_create(results%file, path, force)
       goes_on = .false.
       if (present(restart)) goes_on = restart%kind > 0
-      if (goes_on) then
-         call hdf5_create(results%file, path, force, restart%path)
-         call series_keep(results%set, restart%tables, restart%rows)
-      else
-         call hdf5_create(results%file, path, force)
-      end if
+      if (goes_on) call continue_tables(results%file, restart%items, restart%tables, restart%rows)
       call write_root(results%file, model, deck, version)
       call write_mesh(results%file, model)
       if (size(model%obstacle) > 0) call write_obstacles(results%file, model)
       call write_supports(results%file, model)
       call write_loads(results%file, model)
       call write_sets(results%file, model)
-      call open_path_series(results%path(0), results%set, results%file, model, '')
       if (size(model%contact) > 0) call write_candidates(results%file, model)
-      call open_limit_series(results%limit_curves, results%set, results%file, model)
-      if (any(model%step%n_modes > 0)) call hdf5_group(results%file, '/buckling')
+      call open_path_series(results%path(0), results%file, model, '')
+      call open_limit_series(results%limit_curves, results%file, model)
+      if (any(model%step%n_modes > 0)) call put_group(results%file, '/buckling')
       if (goes_on) call take_up_branches(results, restart)
       call system_clock(results%flushed, rate)
       results%stated = results%flushed
       results%flush_ticks = int(flush_seconds * real(rate, wp), i8)
-      call hdf5_error(results%file, error)
-      if (allocated(error)) call hdf5_close(results%file)
+      call file_error(results%file, error)
+      if (allocated(error)) call file_close(results%file)
    end subroutine results_open
 
    !> Continues the branch that was followed at the checkpoint, and removes the branches that were started after it.
@@ -98,17 +92,15 @@ contains
       type(results_t), intent(inout) :: results
       type(restart_t), intent(in) :: restart
       type(branch_start_t) :: start
-      results%has_branches = restart%branches > 0
       results%n_branches = restart%branches
       if (restart%on_branch > 0) then
          start%branch = restart%on_branch
          results%current = 1
-         call open_path_series(results%path(1), results%set, results%file, results%model, branch_group(start))
+         call open_path_series(results%path(1), results%file, results%model, branch_group(start))
       end if
       start%branch = restart%branches + 1
-      if (.not. hdf5_has(results%file, '/branch')) return
-      do while (hdf5_has(results%file, branch_group(start)))
-         call hdf5_remove(results%file, branch_group(start))
+      do while (place_of(results%file%items, branch_group(start), '') > 0)
+         call remove_items(results%file%items, branch_group(start))
          start%branch = start%branch + 1
       end do
    end subroutine take_up_branches
@@ -129,7 +121,7 @@ contains
       type(error_t), allocatable, intent(out) :: error !! the file could not be written (at this or an earlier call)
       results%checkpoint%kind = 1
       call leave_out_zeros(words, results%checkpoint%state)
-      call series_rows(results%set, results%checkpoint%tables, results%checkpoint%rows)
+      call table_rows(results%file, results%checkpoint%tables, results%checkpoint%rows)
       results%checkpoint%on_branch = merge(results%n_branches, 0, results%current == 1)
       results%checkpoint%branches = results%n_branches
       call write_when_due(results, error, .true.)
@@ -142,13 +134,12 @@ contains
       character(*), intent(in) :: name, value     !! each name only once
       logical, intent(in) :: is_number            !! false: text
       real(wp) :: number
-      if (.not. results%has_parameters) call hdf5_group(results%file, '/parameters')
-      results%has_parameters = .true.
+      call put_group(results%file, '/parameters')
       if (is_number) then
          read (value, *) number
-         call hdf5_attribute(results%file, '/parameters', name, number)
+         call put_attribute(results%file, '/parameters', name, data_of(number))
       else
-         call hdf5_attribute(results%file, '/parameters', name, value)
+         call put_attribute(results%file, '/parameters', name, data_of(value))
       end if
    end subroutine results_parameter
 
@@ -160,22 +151,21 @@ contains
       type(error_t), allocatable, intent(out) :: error !! the file could not be written (at this or an earlier call)
       select type (record)
       type is (point_t)
-         call append_point(results%path(results%current), results%set, record)
+         call append_point(results%path(results%current), results%file, record)
       type is (critical_t)
-         call append_critical(results%path(results%current), results%set, results%file, record)
+         call append_critical(results%path(results%current), results%file, record)
       type is (branch_start_t)
          results%current = min(record%branch, 1)
          results%n_branches = max(results%n_branches, record%branch)
          if (record%branch > 0) then
-            if (.not. results%has_branches) call hdf5_group(results%file, '/branch')
-            results%has_branches = .true.
+            call put_group(results%file, '/branch')
             call write_branch(results%file, record)
-            call open_path_series(results%path(1), results%set, results%file, results%model, branch_group(record))
+            call open_path_series(results%path(1), results%file, results%model, branch_group(record))
          end if
       type is (buckling_t)
          call write_buckling(results%file, results%model, record)
       type is (limit_point_t)
-         call append_limit_point(results%limit_curves, results%set, record)
+         call append_limit_point(results%limit_curves, results%file, record)
       end select
       call write_when_due(results, error, .false.)
    end subroutine results_record
@@ -184,29 +174,27 @@ contains
    subroutine results_leave(results, error)
       type(results_t), intent(inout) :: results
       type(error_t), allocatable, intent(out) :: error !! data could not be written; the file is closed nevertheless
-      call series_write(results%set, results%file, last=.true.)
-      call hdf5_flush(results%file)
-      call hdf5_attribute(results%file, '/', 'status', 'model')
-      call hdf5_close(results%file)
-      call hdf5_error(results%file, error)
+      call put_attribute(results%file, '', 'status', data_of('model'))
+      call file_close(results%file)
+      call file_error(results%file, error)
    end subroutine results_leave
 
-   !> Writes the remaining rows in memory, the cost and the accuracy, then the final status, and closes the file.
+   !> Stores the cost, the accuracy and the final status, writes the file and closes it.
    subroutine results_close(results, status, accuracy, error)
       type(results_t), intent(inout) :: results
       character(*), intent(in) :: status          !! 'complete', or 'stopped: reason'
       type(accuracy_t), intent(in) :: accuracy
       type(error_t), allocatable, intent(out) :: error !! data could not be written; the file is closed nevertheless
-      call series_write(results%set, results%file, last=.true.)
       call write_performance(results%file)
       call write_accuracy(results%file, accuracy)
-      call write_restart(results%file, results%checkpoint)
-      call hdf5_attribute(results%file, '/', 'status', status)
-      call hdf5_close(results%file)
-      call hdf5_error(results%file, error)
+      call put_restart(results%file, results%checkpoint)
+      call put_attribute(results%file, '', 'status', data_of(status))
+      call check_tables(results%file)
+      call file_close(results%file)
+      call file_error(results%file, error)
    end subroutine results_close
 
-   !> Flushes if the last flush is long ago; writes the collected rows to the file in memory if there are many.
+   !> Flushes if the last flush is long ago.
    subroutine write_when_due(results, error, with_state)
       type(results_t), intent(inout) :: results
       type(error_t), allocatable, intent(out) :: error
@@ -216,14 +204,12 @@ contains
       due = max(results%flush_ticks, rest_of_flush * results%last_took)
       if (results%has_states .and. .not. with_state) due = patience * due
       if (now - results%flushed >= due) then
-         call series_write(results%set, results%file, last=.false.)
-         call write_restart(results%file, results%checkpoint)
-         call hdf5_flush(results%file)
+         call put_restart(results%file, results%checkpoint)
+         call check_tables(results%file)
+         call file_flush(results%file)
          call system_clock(results%flushed)
          results%last_took = results%flushed - now
-      else if (results%set%bytes > flush_bytes) then
-         call series_write(results%set, results%file, last=.false.)
       end if
-      call hdf5_error(results%file, error)
+      call file_error(results%file, error)
    end subroutine write_when_due
 end module results
