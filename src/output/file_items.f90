@@ -7,7 +7,7 @@ module file_items
    use kinds, only: wp, i8
    implicit none
    private
-   public :: data_t, item_t, items_t, data_of, row_of, place_of, put_item, remove_items, append_row, cut_rows
+   public :: data_t, item_t, items_t, data_of, row_of, place_of, put_item, remove_items, append_row, cut_rows, row_count
    public :: is_real, is_integer, is_text
    public :: reals_in, integers_in, text_in, texts_in
 
@@ -77,9 +77,15 @@ contains
       call set_extents(data, shape(value))
    end function data_integers_2
 
-   pure type(data_t) function data_text(value) result(data)
+   !> A text; with a length, it is cut or padded to this number of bytes.
+   pure type(data_t) function data_text(value, length) result(data)
       character(*), intent(in) :: value           !! trailing blanks are dropped
-      data = data_texts([value])
+      integer, intent(in), optional :: length
+      character(:), allocatable :: text
+      text = trim(value)
+      if (present(length)) text = trim(value(:min(len(value), length)))
+      if (present(length)) text = text//repeat(c_null_char, length - len(text))
+      data = data_texts([text])
       data%rank = 0
    end function data_text
 
@@ -223,22 +229,26 @@ contains
       row_bytes = product(int(data%extent(:data%rank - 1), i8)) * data%length
    end function row_bytes
 
-   !> Appends a row to the values of an item, if it fits; missing values are filled up. A text is cut to the item's length.
-   subroutine append_row(item, row, fits)
+   !> Appends a row to the values of an item, unless it has another type or another size. Missing values are filled up. The first
+   !> row of an item gives its type and size.
+   subroutine append_row(item, row)
       type(item_t), intent(inout) :: item
       type(data_t), intent(in) :: row
-      logical, intent(out) :: fits                !! false: the row has another type or another size, and was not appended
       character(1), allocatable :: longer(:)
       integer(i8) :: first, n, last
-      integer :: places
-      places = item%values%rank - 1
-      fits = row%kind == item%values%kind .and. row%rank == places
-      if (fits .and. .not. item%ragged) fits = all(row%extent(:places) == item%values%extent(:places))
-      if (.not. fits) return
+      if (.not. allocated(item%values%bytes)) then
+         item%values = row
+         item%values%rank = row%rank + 1
+         item%values%extent(row%rank + 1) = 0
+         if (item%ragged) item%values%extent(1) = 1
+      end if
+      if (row%kind /= item%values%kind .or. row%rank + 1 /= item%values%rank) return
       if (item%ragged) then
          if (row%extent(1) > item%values%extent(1)) call widen(item%values, row%extent(1))
+      else if (any(row%extent(:row%rank) /= item%values%extent(:row%rank))) then
+         return
       end if
-      associate (data => item%values, rows => item%values%extent(places + 1))
+      associate (data => item%values, rows => item%values%extent(row%rank + 1))
          n = row_bytes(data)
          first = rows * n
          last = first + min(size(row%bytes, kind=i8), n)
@@ -287,16 +297,17 @@ contains
       end do
    end subroutine widen
 
+   !> Number of rows of an item that grows.
+   pure integer function row_count(item)
+      type(item_t), intent(in) :: item
+      row_count = item%values%extent(item%values%rank)
+   end function row_count
+
    !> Drops the rows behind the first n.
-   pure subroutine cut_rows(item, n, found)
+   pure subroutine cut_rows(item, n)
       type(item_t), intent(inout) :: item
       integer, intent(in) :: n
-      logical, intent(out) :: found               !! false: the item has no such number of rows
-      associate (data => item%values)
-         found = data%rank > 0
-         if (found) found = data%extent(data%rank) >= n
-         if (found) data%extent(data%rank) = n
-      end associate
+      item%values%extent(item%values%rank) = min(row_count(item), n)
    end subroutine cut_rows
 
    ! Values of a list -------------------------------------------------------------------------------------------------

@@ -1,9 +1,9 @@
-!> The items of an HDF5 file. What a result file never has is left out: links, and values of other types.
+!> The items of an HDF5 file. Values of types that a result file never has are left out.
 module hdf5_contents
    use, intrinsic :: iso_c_binding, only: c_ptr, c_loc, c_char, c_null_char, c_null_ptr, c_associated, c_f_pointer
    use hdf5, only: hid_t, hsize_t, size_t, h5f_acc_rdonly_f, h5fopen_f, h5fclose_f, h5fis_hdf5_f, h5oopen_f, h5oclose_f, &
       & h5aget_num_attrs_f, h5aopen_by_idx_f, h5aget_name_f, h5aget_type_f, h5aget_space_f, h5aread_f, h5aclose_f, &
-      & h5gget_info_f, h5lget_name_by_idx_f, h5lget_info_f, h5l_type_hard_f, h5iget_type_f, h5i_group_f, h5i_dataset_f, &
+      & h5gget_info_f, h5lget_name_by_idx_f, h5iget_type_f, h5i_group_f, h5i_dataset_f, &
       & h5_index_name_f, h5_index_crt_order_f, h5_iter_inc_f, h5dget_type_f, h5dget_space_f, h5dread_f, &
       & h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, h5sclose_f, h5tget_class_f, h5tget_size_f, h5tclose_f, &
       & h5tis_variable_str_f, h5t_float_f, h5t_integer_f, h5t_string_f
@@ -73,7 +73,6 @@ contains
             call h5lget_name_by_idx_f(place, '.', order, h5_iter_inc_f, int(i, hsize_t), name, status, length)
          end if
          if (status < 0 .or. length > longest_name) cycle
-         if (.not. is_hard_link(place, trim(name))) cycle
          call h5oopen_f(place, trim(name), member, status)
          if (status < 0) cycle
          call h5iget_type_f(member, kind, status)
@@ -86,18 +85,6 @@ contains
          call h5oclose_f(member, status)
       end do
    end subroutine read_group
-
-   !> True if a member of a group is no link to another place.
-   logical function is_hard_link(place, name)
-      integer(hid_t), intent(in) :: place
-      character(*), intent(in) :: name
-      integer(hsize_t) :: address
-      integer(size_t) :: length
-      integer :: letters, order, kind, status
-      logical :: ordered
-      call h5lget_info_f(place, name, letters, order, ordered, kind, address, length, status)
-      is_hard_link = status >= 0 .and. kind == h5l_type_hard_f
-   end function is_hard_link
 
    !> Reads a dataset with its units and description.
    subroutine read_dataset(items, dataset, path)

@@ -154,7 +154,7 @@ contains
       integer :: close_status
       associate (values => item%values)
          call value_type(values, own_type, status)
-         if (status >= 0) call make_space(image, values, space, status)
+         if (status >= 0) call h5screate_simple_f(values%rank, int(values%extent(:values%rank), hsize_t), space, status)
          if (status < 0) return
          call h5dcreate_f(image%group, name, own_type, space, dataset, status)
          if (status >= 0) then
@@ -166,7 +166,7 @@ contains
             if (status >= 0) call write_text(image, dataset, 'description', item%description, status)
             call h5dclose_f(dataset, close_status)
          end if
-         if (values%rank > 0) call h5sclose_f(space, close_status)
+         call h5sclose_f(space, close_status)
          if (values%kind == is_text) call h5tclose_f(own_type, close_status)
       end associate
    end subroutine write_dataset
@@ -183,10 +183,10 @@ contains
             return
          end if
          call value_type(values, own_type, status)
-         call make_space(image, values, space, status)
+         call h5screate_simple_f(values%rank, int(values%extent(:values%rank), hsize_t), space, status)
          if (status < 0) return
          call put_attribute(image%group, item%attribute, own_type, space, c_loc(values%bytes), status)
-         if (values%rank > 0) call h5sclose_f(space, close_status)
+         call h5sclose_f(space, close_status)
       end associate
    end subroutine write_attribute
 
@@ -243,15 +243,4 @@ contains
       if (status >= 0) call h5tset_strpad_f(own_type, h5t_str_nullpad_f, status)
       if (status >= 0) call h5tset_cset_f(own_type, h5t_cset_utf8_f, status)
    end subroutine text_type
-
-   !> Space of the extents of values; that of a single value is shared, all others are closed by the caller.
-   subroutine make_space(image, values, space, status)
-      type(image_t), intent(in) :: image
-      type(data_t), intent(in) :: values
-      integer(hid_t), intent(out) :: space
-      integer, intent(out) :: status            !! negative if it failed
-      status = 0
-      space = image%single
-      if (values%rank > 0) call h5screate_simple_f(values%rank, int(values%extent(:values%rank), hsize_t), space, status)
-   end subroutine make_space
 end module hdf5_image

@@ -8,7 +8,7 @@ module limit_series
    use result_tables, only: link_name
    use file_items, only: data_of
    use result_file, only: result_file_t, put_group, put_attribute
-   use growing_tables, only: begin_table, end_definition, begin_row, put_value, put_label
+   use growing_tables, only: begin_table, end_definition, begin_row, put_value
    implicit none
    private
    public :: limit_series_t, open_limit_series, append_limit_point
@@ -90,7 +90,7 @@ contains
       call put_value(file, 'residual', data_of(point%residual), '1', 'relative residual of equilibrium')
       call put_value(file, 'load_rate', data_of(point%load_rate), '1', &
          & 'change of the load factor with arc length, zero at a limit point, over its value at the start of the path')
-      call put_label(file, 'label', 2, point%label, '1', 'blank, or TP the parameter turns back, EP end')
+      call put_value(file, 'label', data_of(point%label, 2), '1', 'blank, or TP the parameter turns back, EP end')
       call put_values(file, id%values, 'monitor', point%monitor)
       call put_bars(file, id%values, point%load_factor, point%monitor, point%bars)
    end subroutine put_limit_point

@@ -1,23 +1,18 @@
-!> Components of the model in words, for the result file and the listing.
+!> Monitors and parameters of limit curves in words, for the result file and the listing.
 module model_words
    use kinds, only: wp
-   use model, only: model_t, monitor_t, contact_t, limit_curve_t, quantity_displacement, quantity_reaction, quantity_contact, &
+   use model, only: model_t, monitor_t, limit_curve_t, quantity_displacement, quantity_reaction, quantity_contact, &
       & quantity_section, section_stress
-   use obstacle_types, only: obstacle_t, obstacle_circle
    use text, only: to_text
    implicit none
    private
-   public :: monitor_units, monitor_description, side_name, kind_name, points_name
-   public :: parameter_units, parameter_object
+   public :: monitor_units, monitor_description, parameter_units, parameter_object
 
    !> Section quantities and their units, in the order of monitor_t%component.
    character(*), parameter :: section_quantity(section_stress) = [character(12) :: 'normal force', 'shear force', 'moment', &
       & 'strain', 'stress']
    character(*), parameter :: section_unit(section_stress) = [character(14) :: 'force', 'force', 'moment', '1', &
       & 'force/length^2']
-
-   !> Kinds of obstacles, in the order of obstacle_types.
-   character(*), parameter :: obstacle_name(5) = [character(8) :: 'line', 'circle', 'arc', 'polyline', 'spline']
 
    !> Units, in words, of the parameters of limit curves, in the order of the parameters' words in the deck; '1' for a factor.
    character(*), parameter :: parameter_units(6) = [character(16) :: 'force / length^2', 'length', '1', 'force', &
@@ -76,37 +71,6 @@ contains
       if (abs(monitor%factor - 1.0_wp) > 0.0_wp) description = description//', times '//to_text(monitor%factor)
       if (abs(monitor%offset) > 0.0_wp) description = description//', plus '//to_text(monitor%offset)
    end function monitor_description
-
-   !> Kind of an obstacle in words: "line" ..., "gap" for stops at nodes, "soil" for soil along a rod.
-   pure function kind_name(obstacle) result(name)
-      type(obstacle_t), intent(in) :: obstacle
-      character(:), allocatable :: name
-      name = trim(obstacle_name(obstacle%kind))
-      if (obstacle%along_rod) name = 'soil'
-      if (obstacle%at_nodes) name = 'gap'
-   end function kind_name
-
-   !> The side of an obstacle on which the structure may be: "inside" or "outside" of a circle, "left" of the others.
-   pure function side_name(obstacle) result(name)
-      type(obstacle_t), intent(in) :: obstacle
-      character(:), allocatable :: name
-      if (obstacle%kind /= obstacle_circle) then
-         name = 'left'
-      else if (obstacle%inside) then
-         name = 'inside'
-      else
-         name = 'outside'
-      end if
-   end function side_name
-
-   !> Where the reactions of a contact act: at "nodes", at points and lines of contact "spans", or "distributed" along elements.
-   elemental function points_name(contact) result(name)
-      type(contact_t), intent(in) :: contact
-      character(11) :: name
-      name = 'nodes'
-      if (contact%along) name = 'spans'
-      if (contact%distributed) name = 'distributed'
-   end function points_name
 
    !> Name of the obstacle or element set whose parameter varies; blank for the constant load.
    pure function parameter_object(curve, model) result(name)

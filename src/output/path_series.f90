@@ -12,7 +12,7 @@ module path_series
    use error_text, only: stored_bar, stored_correction
    use file_items, only: data_of, row_of, place_of, remove_items
    use result_file, only: result_file_t, put_group, put_data
-   use growing_tables, only: begin_table, end_definition, begin_row, put_value, put_label, table_length
+   use growing_tables, only: begin_table, end_definition, begin_row, put_value, table_length
    implicit none
    private
    public :: path_series_t, open_path_series, append_point, append_critical
@@ -156,7 +156,7 @@ contains
       call put_value(file, 'active_contacts', data_of(point%active_contacts), '1', 'candidates in contact')
       call put_value(file, 'lcp_size', data_of(point%lcp_size), '1', 'largest LCP of the increment')
       call put_value(file, 'lcp_pivots', data_of(point%lcp_pivots), '1', 'pivots of all LCPs of the increment')
-      call put_label(file, 'label', 2, point%label, '1', 'blank, or '//label_words)
+      call put_value(file, 'label', data_of(point%label, 2), '1', 'blank, or '//label_words)
       call put_values(file, has%values, 'monitor', point%monitor)
       call put_value(file, 'load_rate', data_of(rate(1)), '1', &
          & 'd(load factor)/d(arc length), zero at a limit point; NaN where the path may have a corner')
@@ -177,7 +177,7 @@ contains
       multiplicity = 0
       if (allocated(critical%null_vector)) multiplicity = size(critical%null_vector, 3)
       call begin_row(file, table)
-      call put_label(file, 'label', 2, critical%label, '1', label_words)
+      call put_value(file, 'label', data_of(critical%label, 2), '1', label_words)
       call put_value(file, 'load_factor', data_of(critical%load_factor), '1', 'load factor of the step')
       call put_value(file, 'point', data_of(critical%point), '1', 'its point of the path, from 1')
       call put_value(file, 'step', data_of(critical%step), '1', 'step of the deck, from 1')
@@ -185,7 +185,7 @@ contains
          & '1: found to the tolerance asked for, 0: bracketed only')
       call put_value(file, 'multiplicity', data_of(multiplicity), '1', &
          & 'null vectors of a bifurcation, in null_vector/<row from 1>; 0: none are stored')
-      call put_label(file, 'note', note_length, note, '1', 'remark')
+      call put_value(file, 'note', data_of(note, note_length), '1', 'remark')
       call put_values(file, has%values, 'monitor', critical%monitor)
       call put_bars(file, has%values, critical%load_factor, critical%monitor, critical%bars)
    end subroutine put_critical

@@ -34,10 +34,8 @@ module result_file
    type :: table_t
       character(:), allocatable :: group
       integer, allocatable :: column(:)         !! (columns) indices of the datasets in the file's list of items
-      logical :: defining = .true.              !! true: values define columns
       integer :: filled = 0                     !! columns that have their values in the present row
       integer :: rows = 0                       !! rows, the present one included
-      character(:), allocatable :: wrong        !! column of the first value that does not fit; not allocated: none
    end type table_t
 
    !> An open result file. With its default values it is closed: a flush does nothing.

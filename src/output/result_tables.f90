@@ -13,7 +13,7 @@ module result_tables
    use cross_section, only: section_t
    use rod_samples, only: middle_section
    use candidates, only: candidates_t, new_candidates
-   use model_words, only: side_name, kind_name, points_name
+   use obstacle_words, only: side_name, kind_name, points_name
    use path_record, only: branch_start_t, buckling_t
    use error_text, only: stored_bar, stored_correction, bar_description, corrected_description
    use run_accuracy, only: accuracy_t, check_t, checks_of

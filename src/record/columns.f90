@@ -5,7 +5,7 @@ module columns
    use text, only: to_text
    implicit none
    private
-   public :: significant, brief, scientific, fixed, right, left
+   public :: significant, brief, pair, scientific, fixed, right, left
 
    real(wp), parameter :: smallest_fixed = 1.0e-4_wp, largest_fixed = 1.0e7_wp
 
@@ -41,6 +41,13 @@ contains
       if (text(last:last) == '.') last = last - 1
       text = text(:last)//text(mark:)
    end function brief
+
+   !> Two numbers in parentheses: (0.5, -1).
+   pure function pair(x) result(text)
+      real(wp), intent(in) :: x(2)
+      character(:), allocatable :: text
+      text = '('//brief(x(1))//', '//brief(x(2))//')'
+   end function pair
 
    !> A number with an exponent: 1.23E-09, 1.23E-109.
    pure function scientific(x, digits) result(text)
