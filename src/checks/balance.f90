@@ -27,22 +27,41 @@ module balance
       & check_complementarity, check_foundation, check_force_balance, check_moment_balance, check_node_balance
    implicit none
    private
-   public :: measure_balance
+   public :: span_sums_t, sum_spans, measure_balance
 
    real(wp), parameter :: line_slack = 1.0e-5_wp !! part of the structure's size: error of forces from densities, which are
    !! derivatives of the solution
    real(wp), parameter :: least_reaction = 1.0e-6_wp !! smallest reaction, over the largest force, to which the sign of a reaction
    !! is related
 
+   !> Forces of the contact spans of a state.
+   type :: span_sums_t
+      real(wp) :: middle(2) = 0.0_wp             !! middle of the structure, the reference point of the moments
+      real(wp), allocatable :: force(:, :, :)    !! (3, contacts, obstacles) force in x, force in y, sum of normal forces
+      real(wp), allocatable :: moment(:)         !! (obstacles) moment, > 0 anticlockwise
+   end type span_sums_t
+
 contains
+
+   !> Sums the forces of the contact spans, which are zero if there are none.
+   function sum_spans(problem, state) result(spans)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(span_sums_t) :: spans
+      spans%middle = 0.5_wp * (maxval(state%geometry%x, 2) + minval(state%geometry%x, 2))
+      allocate (spans%force(3, size(problem%model%contact), size(problem%model%obstacle)), source=0.0_wp)
+      allocate (spans%moment(size(problem%model%obstacle)), source=0.0_wp)
+      if (problem%has_spans()) call span_totals(problem, state, spans%middle, spans%force, spans%moment)
+   end function sum_spans
 
    !> Updates the worst values in `accuracy` with those of a converged state.
    !>
    !> Errors are related to the largest force or reaction of the run so far: in a state almost without forces, rounding is a large
    !> part of the forces. Force errors caused by the rounding of positions are subtracted.
-   subroutine measure_balance(problem, state, at, residual, accuracy, touches_in)
+   subroutine measure_balance(problem, state, spans, at, residual, accuracy, touches_in)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
+      type(span_sums_t), intent(in) :: spans     !! forces of the contact spans
       type(place_t), intent(in) :: at            !! position of the point in the run
       real(wp), intent(in) :: residual
       type(accuracy_t), intent(inout) :: accuracy
@@ -58,7 +77,7 @@ contains
       if (is_stress_free(state)) return
       call note_worst(accuracy, check_residual, residual, at)
       allocate (support(3, problem%model%mesh%n_nodes), source=0.0_wp)
-      middle = 0.5_wp * (maxval(state%geometry%x, 2) + minval(state%geometry%x, 2))
+      middle = spans%middle
       total = 0.0_wp
       ! Rounding error of all foundations' forces, caused by the rounding of positions.
       noise = problem%ground%stiffest * rounding_gap(problem) * count(problem%ground%founded)
@@ -115,18 +134,14 @@ contains
 
       !> Adds the forces and moments on the nodes that carry obstacles: the opposites of the forces of these obstacles.
       subroutine add_carried()
-         real(wp) :: totals(3, size(problem%model%contact), size(problem%model%obstacle)), moment(size(problem%model%obstacle))
          real(wp) :: gap, normal(2), bend, push(3)
          type(pose_t) :: pose
          integer :: c, o, i
-         totals = 0.0_wp
-         moment = 0.0_wp
-         if (problem%has_spans()) call span_totals(problem, state, middle, totals, moment)
          do o = 1, size(problem%model%obstacle)
             associate (carrier => problem%model%obstacle(o)%carrier)
                if (carrier == 0) cycle
                pose = pose_of(problem, state, o)
-               push = about_pivot(pose%arm(middle), sum(totals(1:2, :, o), 2)) + [0.0_wp, 0.0_wp, moment(o)]
+               push = about_pivot(pose%arm(middle), sum(spans%force(1:2, :, o), 2)) + [0.0_wp, 0.0_wp, spans%moment(o)]
                do c = 1, problem%candidates%n
                   if (problem%candidates%obstacle(c) /= o .or. problem%candidates%contact_span(c) > 0) cycle
                   call candidate_gap(problem, state, c, gap, normal, bend)
@@ -182,16 +197,14 @@ contains
 
       !> Adds the forces of contact spans, and checks the nodes of contact spans.
       subroutine add_spans()
-         real(wp) :: totals(3, size(problem%model%contact), size(problem%model%obstacle)), moment(size(problem%model%obstacle))
          real(wp) :: push, gap, normal(2), bend, local(3), x(2), angle, density, tau, counted(2)
          type(rolled_t) :: roll
          type(conforming_state_t) :: kept
          type(profile_t) :: profile
          real(wp), allocatable :: gaps(:), place(:, :)
          integer :: c, e, i, parts, mesh_node
-         call span_totals(problem, state, middle, totals, moment)
-         total = total + [sum(totals(1, :, :)), sum(totals(2, :, :)), sum(moment)]
-         accuracy%reaction = max(accuracy%reaction, maxval(abs(sum(totals(3, :, :), 2))))
+         total = total + [sum(spans%force(1, :, :)), sum(spans%force(2, :, :)), sum(spans%moment)]
+         accuracy%reaction = max(accuracy%reaction, maxval(abs(sum(spans%force(3, :, :), 2))))
          do c = 1, problem%candidates%n
             if (problem%candidates%contact_span(c) == 0) cycle
             push = end_force(problem, state, c)

@@ -5,7 +5,7 @@ module point_checks
    use problem, only: problem_t
    use rod_state, only: state_t, is_stress_free
    use ground_segments, only: followed_part
-   use balance, only: measure_balance
+   use balance, only: span_sums_t, measure_balance
    use mesh_adequacy, only: adequacy_t, measure_adequacy, adequacy_words
    use run_accuracy, only: accuracy_t, place_t, note_worst, begin_point, take_point, check_mesh, check_rounding, check_rolling, &
       & check_strain, worst_t, check_penetration, check_tension, check_complementarity, check_foundation, check_force_balance, &
@@ -37,10 +37,11 @@ contains
 
    !> Updates the worst values with those of a point. Adds a warning to the point if the mesh or the accuracy of the numbers is
    !> inadequate.
-   subroutine check_point(problem, state, system, at, touches_in, point, accuracy, wrong)
+   subroutine check_point(problem, state, system, spans, at, touches_in, point, accuracy, wrong)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged
       type(system_t), intent(in) :: system       !! assembled and factored at `state`
+      type(span_sums_t), intent(in) :: spans     !! forces of the contact spans
       type(place_t), intent(in) :: at            !! position of the point in the run
       integer, intent(in) :: touches_in          !! element in which a contact span begins at this point; 0: none
       type(point_t), intent(inout) :: point      !! recorded point, which contains its residual
@@ -54,7 +55,7 @@ contains
             & problem%size)
       end associate
       here = begin_point(accuracy)
-      call measure_balance(problem, state, at, point%residual, here, touches_in)
+      call measure_balance(problem, state, spans, at, point%residual, here, touches_in)
       wrong = failed_words(here)
       call take_point(accuracy, here)
       call measure_adequacy(problem, state, verdict)

@@ -13,6 +13,7 @@ module point_recording
    use path_state, only: path_state_t
    use path_outcome, only: outcome_t
    use point_report, only: report_point
+   use balance, only: span_sums_t, sum_spans
    use point_checks, only: check_point
    use span_regions, only: assign_place_bars
    use error_bar, only: error_bars_t
@@ -49,6 +50,7 @@ contains
       !! zero; absent: that of the point's system
       type(point_t) :: row
       type(state_t) :: shown
+      type(span_sums_t) :: spans
       type(error_t), allocatable :: error
       type(path_tangent_t) :: tangent
       character(:), allocatable :: wrong
@@ -58,7 +60,8 @@ contains
       associate (state => point%state, system => point%system)
          shown = state
          if (present(touching)) shown%active = state%active .or. touching
-         row = report_point(problem, shown, system, run%points, label)
+         spans = sum_spans(problem, state)
+         row = report_point(problem, shown, system, spans, run%points, label)
          if (present(pivots)) row%negative_pivots = pivots
          if (present(bars)) then
             if (allocated(bars)) row%bars = bars
@@ -84,7 +87,7 @@ contains
          run%recorded_load = state%load_factor
          if (allocated(run%onset%region) .and. label == contact_gained) row%region = [row%region, run%onset%region]
          if (allocated(row%bars) .and. allocated(row%region)) call assign_place_bars(row%bars, row%region)
-         call check_point(problem, state, system, place_t(run%branch, problem%step, run%points, state%load_factor), &
+         call check_point(problem, state, system, spans, place_t(run%branch, problem%step, run%points, state%load_factor), &
             & merge(run%onset%element, 0, label == contact_gained), row, outcome%accuracy, wrong)
          call note_load(problem%step, state%load_factor, outcome%accuracy)
       end associate

@@ -7,7 +7,8 @@ module point_report
    use linear_system, only: system_t
    use monitors, only: monitor_values
    use contact_regions, only: find_regions
-   use span_forces, only: span_totals, node_shares
+   use span_forces, only: node_shares
+   use balance, only: span_sums_t
    use span_regions, only: find_span_regions
    use span_pushes, only: point_pushes, line_pushes
    use ground_regions, only: ground_reaction, deck_ground_reaction, ground_pressure, foundation_totals
@@ -21,14 +22,15 @@ module point_report
 contains
 
    !> Record of a converged state. The path loop adds iterations, residual and arc length.
-   function report_point(problem, state, system, number, label) result(point)
+   function report_point(problem, state, system, spans, number, label) result(point)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! assembled and factored at `state`
+      type(span_sums_t), intent(in) :: spans   !! forces of the contact spans
       integer, intent(in) :: number            !! number of points recorded before this point; it decides whether fields are stored
       character(*), intent(in) :: label        !! label of the point; a point with a label always has fields
       type(point_t) :: point
-      real(wp), allocatable :: shares(:), totals(:, :), pushed(:, :, :), moment(:)
+      real(wp), allocatable :: shares(:), totals(:, :)
       type(pose_t) :: pose
       integer :: c
       associate (step => problem%model%step(problem%step))
@@ -47,16 +49,10 @@ contains
                   & problem%candidates%contact_span == 0) + &
                   & count(state%grounded)
             end if
-            allocate (point%reaction_total(size(problem%model%contact)), source=0.0_wp)
             allocate (totals(3, size(problem%model%obstacle)))
-            allocate (pushed(3, size(problem%model%contact), size(problem%model%obstacle)), moment(size(problem%model%obstacle)))
             call foundation_totals(problem, state, totals)
-            point%obstacle_force = totals(1:2, :)
-            if (problem%has_spans()) then
-               call span_totals(problem, state, [0.0_wp, 0.0_wp], pushed, moment)
-               point%obstacle_force = point%obstacle_force + sum(pushed(1:2, :, :), 2)
-               point%reaction_total = sum(pushed(3, :, :), 2)
-            end if
+            point%obstacle_force = totals(1:2, :) + sum(spans%force(1:2, :, :), 2)
+            point%reaction_total = sum(spans%force(3, :, :), 2)
             do c = 1, problem%candidates%n
                if (problem%candidates%contact_span(c) > 0) cycle
                associate (total => point%reaction_total(problem%candidates%contact(c)), &
