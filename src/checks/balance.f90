@@ -1,58 +1,27 @@
-!> Independent checks of an equilibrium point: global and nodal balance, signs of reactions, complementarity, laws of foundations.
-!> The assembled residual is not used: loads, support reactions and contact forces are summed from their definitions.
+!> Independent checks of an equilibrium point: global and nodal balance, and those of contact (contact_checks). The assembled
+!> residual is not used: loads, support reactions and contact forces are summed from their definitions.
 module balance
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
    use obstacle_pose, only: pose_t, about_pivot
-   use rod_state, only: state_t, node_position, pose_of, candidate_gap, candidate_opening, &
-      & is_stress_free
-   use contact_set, only: gap_tolerance, sign_slack
-   use contact_spans, only: line_share
-   use force_law, only: foundation_reaction
+   use rod_state, only: state_t, node_position, pose_of, candidate_gap, is_stress_free
+   use force_law, only: segment_unknown
    use tied_nodes, only: turned_arm
    use node_loads, only: node_push_t, dead_node_load, node_pushes
    use section_forces, only: end_forces
-   use span_forces, only: span_totals, end_force
-   use track_nodes, only: rolled_t, rolled
-   use conforming_span, only: conforming_state_t, conforming_forces, density_samples, smooth_parts
-   use deck_nodes, only: deck_contact_gaps, find_node
    use element_foundation, only: foundation_forces
-   use rod_profile, only: profile_t, new_profile, mend_ends, profile_error_bound
    use ground_segments, only: gap_rounding, gap_uncertainty, segment_stiffness, follows, gap_in_state
-   use force_law, only: segment_unknown
    use inner_forces, only: inner_forces_t
    use rod_element, only: rod_element_t
    use rod_elements, only: rod_at
-   use run_accuracy, only: accuracy_t, place_t, note_worst, check_residual, check_penetration, check_tension, &
-      & check_complementarity, check_foundation, check_force_balance, check_moment_balance, check_node_balance
+   use run_accuracy, only: accuracy_t, place_t, note_worst, check_residual, check_tension, check_force_balance, &
+      & check_moment_balance, check_node_balance
+   use contact_checks, only: span_sums_t, measure_spans, measure_contact
    implicit none
    private
-   public :: span_sums_t, sum_spans, measure_balance
-
-   real(wp), parameter :: line_slack = 1.0e-5_wp !! part of the structure's size: error of forces from densities, which are
-   !! derivatives of the solution
-   real(wp), parameter :: least_reaction = 1.0e-6_wp !! smallest reaction, over the largest force, to which the sign of a reaction
-   !! is related
-
-   !> Forces of the contact spans of a state.
-   type :: span_sums_t
-      real(wp) :: middle(2) = 0.0_wp             !! middle of the structure, the reference point of the moments
-      real(wp), allocatable :: force(:, :, :)    !! (3, contacts, obstacles) force in x, force in y, sum of normal forces
-      real(wp), allocatable :: moment(:)         !! (obstacles) moment, > 0 anticlockwise
-   end type span_sums_t
+   public :: measure_balance
 
 contains
-
-   !> Sums the forces of the contact spans, which are zero if there are none.
-   function sum_spans(problem, state) result(spans)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      type(span_sums_t) :: spans
-      spans%middle = 0.5_wp * (maxval(state%geometry%x, 2) + minval(state%geometry%x, 2))
-      allocate (spans%force(3, size(problem%model%contact), size(problem%model%obstacle)), source=0.0_wp)
-      allocate (spans%moment(size(problem%model%obstacle)), source=0.0_wp)
-      if (problem%has_spans()) call span_totals(problem, state, spans%middle, spans%force, spans%moment)
-   end function sum_spans
 
    !> Updates the worst values in `accuracy` with those of a converged state.
    !>
@@ -118,7 +87,7 @@ contains
       if (problem%candidates%n > 0) scale = max(scale, maxval(abs(state%reaction)))
       call measure_contact(problem, state, at, scale, middle, accuracy, total, left)
       if (problem%ground%chain%n > 0) call add_foundations()
-      if (problem%has_spans()) call add_spans()
+      if (problem%has_spans()) call measure_spans(problem, state, spans, at, scale, accuracy, total, left, touches_in)
       if (size(problem%ties%carrier) > 0) call add_carried()
       call add_joints()
       accuracy%force = scale
@@ -195,98 +164,6 @@ contains
          total = total + [f(1:2), f(3) + x(1) * f(2) - x(2) * f(1)]
       end subroutine act
 
-      !> Adds the forces of contact spans, and checks the nodes of contact spans.
-      subroutine add_spans()
-         real(wp) :: push, gap, normal(2), bend, local(3), x(2), angle, density, tau, counted(2)
-         type(rolled_t) :: roll
-         type(conforming_state_t) :: kept
-         type(profile_t) :: profile
-         real(wp), allocatable :: gaps(:), place(:, :)
-         integer :: c, e, i, parts, mesh_node
-         total = total + [sum(spans%force(1, :, :)), sum(spans%force(2, :, :)), sum(spans%moment)]
-         accuracy%reaction = max(accuracy%reaction, maxval(abs(sum(spans%force(3, :, :), 2))))
-         do c = 1, problem%candidates%n
-            if (problem%candidates%contact_span(c) == 0) cycle
-            push = end_force(problem, state, c)
-            call candidate_gap(problem, state, c, gap, normal, bend)
-            roll = rolled(problem, state, c)
-            if (abs(roll%way) > 0.0_wp) normal = roll%normal
-            associate (node => problem%candidates%node(c))
-               left(:, node) = left(:, node) - push * [normal, roll%arm(1) * normal(2) - roll%arm(2) * normal(1)]
-               ! If a support of the node carries a part of the force, this part is contained in the support reaction.
-               counted = merge(push * normal, 0.0_wp, problem%model%fixed(1:2, node))
-               x = node_position(state, node) + roll%arm - middle
-               total = total - [counted, x(1) * counted(2) - x(2) * counted(1)]
-               call note_worst(accuracy, check_penetration, abs(gap - roll%rise) / problem%size, at, &
-                  & node=problem%model%mesh%node_label(node))
-               call note_worst(accuracy, check_tension, (-push - least_push(c) - sign_slack * scale) / max(accuracy%reaction, &
-                  & least_reaction * scale), at, node=problem%model%mesh%node_label(node))
-            end associate
-         end do
-         ! Signs of the densities along line contacts; then penetration at the deck's nodes, which the mesh may lack.
-         do e = 1, problem%model%mesh%n_elements
-            if (problem%conforms(e) == 0) cycle
-            parts = density_samples * smooth_parts(problem, state, e, 1.0_wp)
-            do i = 0, parts
-               tau = real(i, wp) / parts
-               call conforming_forces(problem, state, e, tau, local, x, angle, density, kept)
-               call note_worst(accuracy, check_tension, (-density * problem%size - line_slack * scale) / max(accuracy%reaction, &
-                  & least_reaction * scale), at, element=problem%model%mesh%element_label(e))
-            end do
-         end do
-         do c = 1, size(problem%deck%contact)
-            if (.not. problem%deck%contact(c)%spans) cycle
-            associate (node => problem%deck%contact(c)%node)
-               if (allocated(gaps)) deallocate (gaps, place)
-               allocate (gaps(size(node)), place(2, size(node)))
-               call deck_contact_gaps(problem, state, c, gaps, place)
-               do i = 1, size(node)
-                  call find_node(problem, state, node(i), mesh_node, e, tau)
-                  ! Where a contact span begins, the gap of its node is used, which is more accurate than the polynomial of the
-                  ! element.
-                  if (present(touches_in) .and. e > 0) then
-                     if (e == touches_in) cycle
-                  end if
-                  ! The interpolation error is needed only if the penetration would be the worst without it.
-                  if (-gaps(i) / problem%size <= accuracy%worst(check_penetration)%value) cycle
-                  if (e > 0 .and. gaps(i) < 0.0_wp) gaps(i) = gaps(i) + place_error(e, tau, profile)
-                  call note_worst(accuracy, check_penetration, -gaps(i) / problem%size, at, &
-                     & node=problem%deck%mesh%node_label(node(i)))
-               end do
-            end associate
-         end do
-      end subroutine add_spans
-
-      !> Accepted tension [force, > 0] at a line contact's node on a support that fixes the rotation (a symmetry plane). Tension
-      !> lifts a length of rod of 3/2 tension over pressure (lifted_node); this length may be as short as the shortest line contact.
-      real(wp) function least_push(c)
-         integer, intent(in) :: c
-         real(wp) :: density, local(3), x(2), angle
-         integer :: side, e
-         least_push = 0.0_wp
-         if (.not. problem%model%fixed(3, problem%candidates%node(c))) return
-         do side = 1, 2
-            e = problem%candidates%element(side, c)
-            if (e == 0) cycle
-            if (problem%conforms(e) == 0) cycle
-            call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, x, angle, density)
-            least_push = least_push + 2.0_wp / 3.0_wp * max(density, 0.0_wp) * line_share * &
-               & problem%layout%rod_segment(problem%rod_segment(e))%length
-         end do
-      end function least_push
-
-      !> Interpolation error of the position between nodes; a penetration below this error is not counted.
-      real(wp) function place_error(e, tau, profile) result(doubt)
-         integer, intent(in) :: e
-         real(wp), intent(in) :: tau
-         type(profile_t), intent(inout) :: profile !! profile of the last point, with its ends mended; undefined: none
-         if (profile%element /= e) then
-            profile = new_profile(problem, state, e)
-            if (problem%conforms(e) == 0) call mend_ends(problem, state, profile, 2)
-         end if
-         doubt = profile_error_bound(profile, tau)
-      end function place_error
-
       !> Adds foundations that act inside elements, from their pressures.
       subroutine add_foundations()
          type(inner_forces_t) :: inner
@@ -327,87 +204,4 @@ contains
       beyond = max(error - noise, 0.0_wp)
    end function beyond
 
-   !> Checks signs, complementarity and laws of contact at nodes, and adds the forces of this contact to the balances.
-   subroutine measure_contact(problem, state, at, scale, middle, accuracy, total, left)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      type(place_t), intent(in) :: at
-      real(wp), intent(in) :: scale              !! largest force so far
-      real(wp), intent(in) :: middle(2)          !! reference point of the moments
-      type(accuracy_t), intent(inout) :: accuracy
-      real(wp), intent(inout) :: total(3)        !! total force (x, y) and moment
-      real(wp), intent(inout) :: left(:, :)      !! (3, nodes) unbalanced forces and moments
-      real(wp), parameter :: let_in = 10.0_wp * gap_tolerance ! accepted penetration of an open node, over the structure's size
-      real(wp) :: x(2), force(2), gap, normal(2), bend, largest, push, spring, depth, unsettled, uncertain
-      integer :: c, i, node, label
-      logical :: rigid, coupled
-      if (problem%candidates%n == 0) return
-      accuracy%reaction = max(accuracy%reaction, maxval(abs(state%reaction)))
-      ! Reactions that are within rounding have no sign to check.
-      largest = max(accuracy%reaction, least_reaction * scale)
-      unsettled = max(sign_slack, 10.0_wp * problem%model%step(problem%step)%tolerance) * scale
-      do c = 1, problem%candidates%n
-         if (problem%candidates%contact_span(c) > 0) cycle
-         node = problem%candidates%node(c)
-         label = problem%model%mesh%node_label(node)
-         rigid = problem%model%obstacle(problem%candidates%obstacle(c))%rigid
-         coupled = problem%coupling%entry(c) > 0
-         call candidate_gap(problem, state, c, gap, normal, bend)
-         x = node_position(state, node) - middle
-         force = state%reaction(c) * normal
-         left(1:2, node) = left(1:2, node) - force
-         ! Components carried by a support of the node are contained in the support reaction.
-         do i = 1, 2
-            if (problem%model%fixed(i, node)) force(i) = 0.0_wp
-         end do
-         total = total + [force, x(1) * force(2) - x(2) * force(1)]
-         if (coupled) gap = candidate_opening(problem, state, c)
-         if (rigid .or. coupled) then
-            ! At a bilateral obstacle, or on the settled surface of coupled ground, a gap of either sign is an error.
-            depth = -gap
-            if (problem%candidates%bilateral(c) .or. (state%active(c) .and. coupled)) depth = abs(gap)
-            if (state%active(c) .or. .not. problem%candidates%bilateral(c)) &
-               & call note(check_penetration, depth / problem%size)
-            call note(check_complementarity, abs(state%reaction(c) * gap) / (largest * problem%size))
-            if (coupled .and. state%active(c)) call note(check_foundation, &
-               & (abs(gap) - rounding_gap(problem)) / problem%coupling%local(problem%coupling%entry(c)) / largest)
-         else
-            if (.not. problem%candidates%bilateral(c) .and. state%reaction(c) > 0.0_wp .and. gap > 0.0_wp) &
-               & call note(check_complementarity, state%reaction(c) * gap / (largest * problem%size))
-            call foundation_response(problem, c, gap, push, spring)
-            ! An open node may penetrate until its reaction would exceed the tolerance of equilibrium, the accuracy with which the
-            ! onset of contact is located.
-            uncertain = rounding_gap(problem)
-            if (.not. state%active(c)) uncertain = let_in * problem%size
-            call note(check_foundation, (abs(state%reaction(c) - push) - spring * uncertain - &
-               & merge(unsettled, 0.0_wp, push <= 0.0_wp .or. .not. state%active(c))) / largest)
-         end if
-         if (problem%candidates%bilateral(c)) cycle
-         call note(check_tension, (-state%reaction(c) - unsettled) / largest)
-      end do
-
-   contains
-
-      !> Stores a value of the present candidate if it is worse than all values before.
-      subroutine note(check, value)
-         integer, intent(in) :: check
-         real(wp), intent(in) :: value
-         call note_worst(accuracy, check, value, at, node=label)
-      end subroutine note
-   end subroutine measure_contact
-
-   !> Force of a foundation at a node for a given gap.
-   pure subroutine foundation_response(problem, candidate, gap, push, spring)
-      type(problem_t), intent(in) :: problem
-      integer, intent(in) :: candidate
-      real(wp), intent(in) :: gap
-      real(wp), intent(out) :: push, spring    !! force; its derivative by the penetration
-      real(wp) :: penetration
-      penetration = -gap
-      if (.not. problem%candidates%bilateral(candidate)) penetration = max(penetration, 0.0_wp)
-      call foundation_reaction(problem%model, problem%model%obstacle(problem%candidates%obstacle(candidate)), penetration, push, &
-         & spring)
-      push = push * problem%candidates%tributary(candidate)
-      spring = spring * problem%candidates%tributary(candidate)
-   end subroutine foundation_response
 end module balance

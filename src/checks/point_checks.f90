@@ -5,7 +5,8 @@ module point_checks
    use problem, only: problem_t
    use rod_state, only: state_t, is_stress_free
    use ground_segments, only: followed_part
-   use balance, only: span_sums_t, measure_balance
+   use contact_checks, only: span_sums_t
+   use balance, only: measure_balance
    use mesh_adequacy, only: adequacy_t, measure_adequacy, adequacy_words
    use run_accuracy, only: accuracy_t, place_t, note_worst, begin_point, take_point, check_mesh, check_rounding, check_rolling, &
       & check_strain, worst_t, check_penetration, check_tension, check_complementarity, check_foundation, check_force_balance, &

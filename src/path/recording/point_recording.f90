@@ -13,7 +13,7 @@ module point_recording
    use path_state, only: path_state_t
    use path_outcome, only: outcome_t
    use point_report, only: report_point
-   use balance, only: span_sums_t, sum_spans
+   use contact_checks, only: span_sums_t, sum_spans
    use point_checks, only: check_point
    use span_regions, only: assign_place_bars
    use error_bar, only: error_bars_t

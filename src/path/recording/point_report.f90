@@ -8,7 +8,7 @@ module point_report
    use monitors, only: monitor_values
    use contact_regions, only: find_regions
    use span_forces, only: node_shares
-   use balance, only: span_sums_t
+   use contact_checks, only: span_sums_t
    use span_regions, only: find_span_regions
    use span_pushes, only: point_pushes, line_pushes
    use ground_regions, only: ground_reaction, deck_ground_reaction, ground_pressure, foundation_totals
