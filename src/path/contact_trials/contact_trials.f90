@@ -32,8 +32,8 @@ module contact_trials
    public :: try_sets, neighbours_of, same_kind
 
    ! Lengths as shares of the length of the rod strip, a sequence of rod segments (rod_strips):
-   real(wp), parameter :: first_length(6) = [10.0_wp, 2.5_wp, 1.25_wp, 50.0_wp, 0.3_wp, 0.06_wp] * line_share !! prescribed lengths of a
-   !! new contact or free span, in the order in which they are tried
+   real(wp), parameter :: first_length(6) = [10.0_wp, 2.5_wp, 1.25_wp, 50.0_wp, 0.3_wp, 0.06_wp] * line_share !! prescribed lengths
+   !! of a new contact or free span, in the order in which they are tried
    real(wp), parameter :: nearby = 10.0_wp * line_share !! contacts within this distance of a failing test are edited
    real(wp), parameter :: part_of_segment = 0.25_wp !! longest new contact or free span / shortest rod segment
    real(wp), parameter :: growth = 5.0_wp         !! factor between the lengths of a new span that are tried to leave its change

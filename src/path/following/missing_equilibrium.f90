@@ -1,6 +1,6 @@
 !> Reasons why a path ends because no equilibrium exists ahead, whatever the method: the last contact that holds the structure
-!> ends, a rigid obstacle reaches a node that supports hold, or two rigid obstacles pinch the rod. They explain the end of a path; no
-!> point depends on them.
+!> ends, a rigid obstacle reaches a node that supports hold, or two rigid obstacles pinch the rod. They explain the end of a path;
+!> no point depends on them.
 module missing_equilibrium
    use kinds, only: wp, parallel
    use text, only: to_text
@@ -48,8 +48,8 @@ contains
       if (why /= '') why = 'the contact that holds the structure ends: '//why
    end function without_ending_contacts
 
-   !> Names a node that supports hold and a rigid obstacle that reaches it at a load factor of the step up to `ahead`; '' if there is
-   !> none. The rods at such a node cannot yield.
+   !> Names a node that supports hold and a rigid obstacle that reaches it at a load factor of the step up to `ahead`; '' if there
+   !> is none. The rods at such a node cannot yield.
    function at_reached_support(problem, state, ahead) result(why)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
