@@ -32,7 +32,8 @@ contains
       if (any(.not. collocates(problem%model%mesh%family))) why = 'the mesh has UL2 elements'
       do c = 1, problem%candidates%n
          if (problem%candidates%contact_span(c) > 0 .or. .not. state%active(c)) cycle
-         ! A stop acts at a node that the deck names, which is a node of every mesh: its kink is not inside an element.
+         ! The force of a stop makes a kink of the solution at a node that every mesh has, and never inside an element, so that an
+         ! error can be estimated.
          if (is_stop(problem, c)) cycle
          if (size(problem%model%contact(problem%candidates%contact(c))%node) > 1) why = 'contact is at the nodes of the mesh'
       end do

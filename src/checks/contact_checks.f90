@@ -5,7 +5,7 @@ module contact_checks
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t, node_position, candidate_gap, candidate_opening
    use contact_set, only: gap_tolerance, sign_slack
-   use contact_spans, only: line_share
+   use contact_spans, only: initial_share
    use force_law, only: foundation_reaction
    use span_forces, only: span_totals, end_force
    use track_nodes, only: rolled_t, rolled
@@ -129,7 +129,7 @@ contains
          if (e == 0) cycle
          if (problem%conforms(e) == 0) cycle
          call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, x, angle, density)
-         least_push = least_push + 2.0_wp / 3.0_wp * max(density, 0.0_wp) * line_share * &
+         least_push = least_push + 2.0_wp / 3.0_wp * max(density, 0.0_wp) * initial_share * &
             & problem%layout%rod_segment(problem%rod_segment(e))%length
       end do
    end function least_push

@@ -20,7 +20,7 @@
 module lifted_node
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
-   use contact_spans, only: line_share
+   use contact_spans, only: initial_share
    use rod_state, only: state_t
    use track_nodes, only: node_track, track_sense
    use conforming_span, only: conforming_forces
@@ -62,13 +62,13 @@ contains
    end function lifted_beside
 
    !> Least density of the obstacle's force at which a couple lifts only a negligible length of a line contact, or by a height below
-   !> rounding: m <= line_share of the rod segment, or (21 - 12 sqrt(3))/8 C^2/(r EI) <= rounding_gap. The lifted height is largest
-   !> at x = n.
+   !> rounding: m <= initial_share of the rod segment, or (21 - 12 sqrt(3))/8 C^2/(r EI) <= rounding_gap.
+   !> The lifted height is largest at x = n.
    pure real(wp) function holding_density(problem, element, couple) result(density)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: element        !! element of the line contact on which the couple acts
       real(wp), intent(in) :: couple        !! couple on the element, of either sign
-      density = min(abs(couple) / ((2.0_wp * sqrt(3.0_wp) - 3.0_wp) * (line_share * &
+      density = min(abs(couple) / ((2.0_wp * sqrt(3.0_wp) - 3.0_wp) * (initial_share * &
          & problem%layout%rod_segment(problem%rod_segment(element))%length)**2), &
          & (21.0_wp - 12.0_wp * sqrt(3.0_wp)) / 8.0_wp * couple**2 * problem%compliance(element)%bending / rounding_gap(problem))
    end function holding_density
@@ -96,7 +96,7 @@ contains
       length = 2.0_wp * sqrt(abs(couple) / density)
       ! The lifted height w is largest at x = 3 l/4.
       height = 27.0_wp / 256.0_wp * density * length**4 * problem%compliance(element)%bending / 24.0_wp
-      stays_in_contact = length <= line_share * problem%layout%rod_segment(problem%rod_segment(element))%length .or. height <= &
+      stays_in_contact = length <= initial_share * problem%layout%rod_segment(problem%rod_segment(element))%length .or. height <= &
          & rounding_gap(problem)
    end function stays_in_contact
 

@@ -9,7 +9,7 @@ module point_tests
    use conforming_span, only: conforming_forces
    use touchdown_points, only: point_force
    use breakpoint_forces, only: breakpoint_force, at_breakpoint, left_over, breakpoint_couple
-   use contact_spans, only: line_share
+   use contact_spans, only: initial_share
    use test_kinds, only: span_test_t, test_force, test_curvature, test_slope, test_leaving, test_couple
    use lifted_node, only: inside_line, lifted_beside, lifted_at_mirror, stays_in_contact
    implicit none
@@ -120,7 +120,7 @@ contains
       integer :: side
       roll = rolled(problem, state, c)
       side = merge(2, 1, roll%way > 0.0_wp)
-      reach = line_share * problem%layout%rod_segment(problem%rod_segment(problem%candidates%element(side, c)))%length
+      reach = initial_share * problem%layout%rod_segment(problem%rod_segment(problem%candidates%element(side, c)))%length
       test = new_test(problem, c, test_leaving, (reach - abs(roll%way)) / problem%size)
       test%sense = sign(1.0_wp, roll%way)
    end function leaving
@@ -199,7 +199,7 @@ contains
       length = lifted_beside(problem, state, c)
       do side = 1, 2
          e = problem%beside(side, problem%candidates%node(c))
-         if (length(side) <= line_share * problem%layout%rod_segment(problem%rod_segment(e))%length) couple = 0.0_wp
+         if (length(side) <= initial_share * problem%layout%rod_segment(problem%rod_segment(e))%length) couple = 0.0_wp
       end do
    end function lifting_couple
 
@@ -229,7 +229,7 @@ contains
       if (.not. uplift_is_negligible) return
       call find_line_end(problem, state, c, e, density)
       uplift_is_negligible = e > 0
-      if (uplift_is_negligible) uplift_is_negligible = lifted_at_mirror(-push * scale, density) <= line_share * &
+      if (uplift_is_negligible) uplift_is_negligible = lifted_at_mirror(-push * scale, density) <= initial_share * &
          & problem%layout%rod_segment(problem%rod_segment(e))%length
    end function uplift_is_negligible
 

@@ -1,9 +1,6 @@
 !> Tests whether a set of contact spans is the right one. The test functions are smooth along the path while the set is unchanged,
 !> and >= 0 while it is valid. Where one of them is zero, contact begins, ends, spreads or splits.
-!>
-!> The modules of a contact change, in order: evaluation of the tests (this module); first test that vanishes on an increment
-!> (span_events); location of its zero (span_location, closing_spans, beginning_place); record of the change (span_changes); next
-!> contact set (contact_trials); first point with the next set (entering_contact_set).
+!> The header of span_changes has the walk of a contact change, of which these tests are the beginning.
 module span_tests
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -11,10 +8,10 @@ module span_tests
    use free_span_gap, only: least_gap
    use rod_profile, only: profile_t
    use line_pressure, only: least_pressure
-   use contact_spans, only: contact_span_t, shortest, shortest_line
+   use contact_spans, only: contact_span_t, closed_share, point_share
    use span_candidates, only: present_contact_spans
    use test_kinds, only: span_test_t, any_fails, test_slack, well_below, test_gap, test_curvature, test_pressure, test_length, &
-      & test_vanishing, test_crossing
+      & test_vanishing, test_boundary_span
    use point_tests, only: tests_of_points
    implicit none
    private
@@ -114,7 +111,7 @@ contains
             ! The gap is proportional to the sixth power of the free span's length: it is below rounding when the length between the
             ! two contacts is still large. The length is then the test value.
             if (abs(largest) <= rounding_gap(problem)) test%value = rounding_gap(problem) / problem%size * &
-               & ((test%ends(2) - test%ends(1)) / problem%layout%rod_segment(test%rod_segment)%length - shortest)
+               & ((test%ends(2) - test%ends(1)) / problem%layout%rod_segment(test%rod_segment)%length - closed_share)
             tests = [tests, test]
          end do
          ! A part of a rod in line contact with one obstacle may also touch another obstacle.
@@ -164,7 +161,7 @@ contains
       span = free_spans(problem)
       do k = 1, size(span)
          side = findloc(span(k)%contact_span > 0, .true., 1)
-         if (count(span(k)%contact_span > 0) == 1) call add(span_test_t(kind=test_crossing, &
+         if (count(span(k)%contact_span > 0) == 1) call add(span_test_t(kind=test_boundary_span, &
             & contact_span=span(k)%contact_span(side), &
             & rod_segment=span(k)%rod_segment, sense=merge(1.0_wp, -1.0_wp, side == 1)), span_ends(problem, state, span(k)))
       end do
@@ -184,11 +181,11 @@ contains
    !> shorter; a free span, or a line contact beside a segment boundary, is then gone.
    pure elemental real(wp) function least_length(problem, test) result(least)
       type(problem_t), intent(in) :: problem
-      type(span_test_t), intent(in) :: test      !! of kind test_length or test_crossing
+      type(span_test_t), intent(in) :: test      !! of kind test_length or test_boundary_span
       logical :: inside
       inside = test%kind == test_length
       if (inside) inside = all(problem%candidates%moves(problem%contact_span(test%contact_span)%candidate))
-      least = merge(shortest_line, shortest, inside) * problem%layout%rod_segment(test%rod_segment)%length
+      least = merge(point_share, closed_share, inside) * problem%layout%rod_segment(test%rod_segment)%length
    end function least_length
 
    !> Tests of pressures: the least density along each line contact.

@@ -4,7 +4,7 @@ module test_kinds
    implicit none
    private
    public :: span_test_t, any_fails, any_crosses, crosses, another_fails, test_slack, well_below, test_words
-   public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_vanishing, test_crossing, test_slope, &
+   public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_vanishing, test_boundary_span, test_slope, &
       & test_leaving, test_couple
 
    ! Kinds of tests:
@@ -16,7 +16,7 @@ module test_kinds
    integer, parameter :: test_length = 5    !! length of a line contact
    integer, parameter :: test_vanishing = 6 !! largest gap of a free span beside a contact; if this gap is below rounding, the
    !! length of the free span
-   integer, parameter :: test_crossing = 7  !! length of a free span between a contact span and a segment boundary
+   integer, parameter :: test_boundary_span = 7  !! length of a free span between a contact span and a segment boundary
    integer, parameter :: test_slope = 8     !! slope of the gap beside a contact at the end of a rod or at a corner
    integer, parameter :: test_leaving = 9 !! point contact at a segment boundary: negligible distance of the contact force from the
    !! node, minus the actual distance

@@ -10,14 +10,14 @@ module contact_spans
    use rod_layout, only: layout_t, new_layout
    implicit none
    private
-   public :: contact_span_t, covers, choose_spans, sort_contact_spans, shortest, shortest_line, line_share
+   public :: contact_span_t, covers, choose_spans, sort_contact_spans, closed_share, point_share, initial_share
 
-   real(wp), parameter :: shortest = 1.0e-4_wp !! free spans shorter than this part of their rod segment are treated as closed
-   real(wp), parameter :: shortest_line = 1.0e-5_wp !! line contacts shorter than this part of their rod segment are point contacts:
-   !! beside a clamped column's contact in the middle a line may begin and end within a length of this order
-   !> Initial length of a line contact, or of a contact that continues past a segment boundary, over the length of the rod segment.
-   !> It exceeds the length below which a span counts as closed.
-   real(wp), parameter :: line_share = 2.0_wp * shortest
+   ! Lengths as shares of the length of the rod segment:
+   real(wp), parameter :: closed_share = 1.0e-4_wp !! a shorter free span is closed
+   real(wp), parameter :: point_share = 1.0e-5_wp  !! a shorter line contact inside the segment is a point contact. Beside the
+   !! middle of a clamped column a line may begin and end with lengths of this order
+   real(wp), parameter :: initial_share = 2.0_wp * closed_share !! initial length of a line contact, or of a contact that continues
+   !! past a segment boundary; it exceeds the length of a closed span
 
    !> One connected contact of one rod segment with one obstacle.
    type :: contact_span_t

@@ -6,7 +6,7 @@
 module rod_strips
    use kinds, only: wp
    use rod_layout, only: layout_t
-   use contact_spans, only: contact_span_t, sort_contact_spans, shortest_line, line_share
+   use contact_spans, only: contact_span_t, sort_contact_spans, point_share, initial_share
    implicit none
    private
    public :: strip_t, find_strips, on_strips, on_segments, strip_place, brought_near, coincide
@@ -153,6 +153,7 @@ contains
       type(contact_span_t) :: piece
       integer :: k, i, n, turn
       real(wp) :: start
+      logical :: long
       allocate (contact_span(0))
       valid = .true.
       do k = 1, size(set)
@@ -166,9 +167,9 @@ contains
                   associate (length => on%start(i + 1) - on%start(i))
                      piece%at = min(max(set(k)%at - start, 0.0_wp), length)
                      if (set(k)%line) then
-                        ! A short line contact may be long enough as a whole; a piece of a longer one may not.
-                        if (piece%at(2) - piece%at(1) < merge(line_share, shortest_line, set(k)%at(2) - set(k)%at(1) >= &
-                           & line_share * length) * length) cycle
+                        ! A line contact that extends beyond a boundary by less than its initial length ends there.
+                        long = set(k)%at(2) - set(k)%at(1) >= initial_share * length
+                        if (piece%at(2) - piece%at(1) < merge(initial_share, point_share, long) * length) cycle
                      else
                         if (set(k)%at(1) < start .or. set(k)%at(1) > start + length .or. n > 0) cycle
                         if (.not. covered(piece%rod_segment, piece%contact)) cycle
@@ -198,7 +199,7 @@ contains
          integer :: j
          overlaps = .false.
          associate (on => strip(set(k)%rod_segment))
-            apart = line_share * minval(on%start(2:) - on%start(:size(on%start) - 1))
+            apart = initial_share * minval(on%start(2:) - on%start(:size(on%start) - 1))
             ! At a segment boundary a contact may end where a contact with another obstacle begins.
             if (on%at_boundary(set(k)%at(1)) .or. on%at_boundary(set(k)%at(2))) apart = 0.0_wp
             do j = 1, size(set)

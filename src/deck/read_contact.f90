@@ -294,7 +294,8 @@ contains
       end function distribution_needs
    end subroutine check_contact
 
-   !> The given nodes. If the rod behind a release belongs to them, too, also the nodes of the released element ends.
+   !> The given nodes. A release gives the element ends at its node a node of their own. This node is added if the node of the
+   !> release and the node at the other end of such an element are among the given nodes.
    pure function with_released(model, nodes) result(more)
       type(model_t), intent(in) :: model
       integer, intent(in) :: nodes(:)

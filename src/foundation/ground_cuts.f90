@@ -10,7 +10,7 @@ module ground_cuts
    use remeshed_model, only: division_t
    use mesh_density, only: mesh_density_t, between, equal_shares
    use force_law, only: segment_unknown
-   use contact_spans, only: least_span => shortest
+   use contact_spans, only: closed_share
    implicit none
    private
    public :: find_cuts, inner_cuts, marked, add_marks, graded
@@ -148,7 +148,7 @@ contains
             if (.not. problem%candidates%moves(c)) cycle
             associate (e => problem%candidates%element(2, c))
                if (problem%rod_segment(e) == point%rod_segment) beside = beside .or. abs(state%geometry%element(e)%s(1) + &
-                  & problem%origin(e) - point%at) <= least_span * problem%layout%rod_segment(point%rod_segment)%length
+                  & problem%origin(e) - point%at) <= closed_share * problem%layout%rod_segment(point%rod_segment)%length
             end associate
          end do
       end function beside_touchdown

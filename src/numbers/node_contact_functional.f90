@@ -27,8 +27,8 @@ contains
       is_stop = problem%model%obstacle(problem%candidates%obstacle(c))%at_nodes
    end function is_stop
 
-   !> Gap of a candidate as a functional. On coupled ground the derivatives are those of the opening (gap plus settlement of the
-   !> ground); the value is the gap.
+   !> Change of a candidate's gap, or on coupled ground of its opening (gap plus settlement of the ground), as a functional. Its
+   !> value is not set.
    pure type(functional_t) function new_gap_functional(problem, system, candidate) result(number)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! assembled
@@ -36,7 +36,6 @@ contains
       real(wp), allocatable :: share(:)
       integer :: i
       number = new_functional(system%n)
-      number%value = system%gap(candidate)
       call add_gap(problem, system, candidate, 1.0_wp, number)
       if (system%coupling%n == 0 .or. problem%coupling%entry(candidate) == 0) return
       share = matmul(problem%coupling%compliance(system%coupling%entry, problem%coupling%entry(candidate)), &

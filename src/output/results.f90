@@ -43,8 +43,8 @@ module results
       logical :: has_states = .false.             !! true: flushes contain a checkpoint, and wait for the next one, see patience
       type(limit_series_t) :: limit_curves
       integer(i8) :: flushed = 0_i8               !! clock at the last flush
-      integer(i8) :: stated = 0_i8                !! clock at the last checkpoint. Not that of a flush: where points take long, each
-      !! flush is due before the checkpoint of its last point, and writes that of the point before
+      integer(i8) :: stated = 0_i8                !! clock at the last checkpoint, from which results_due counts. Counted from the
+      !! last flush, slow points would be written before their checkpoint is made, and the checkpoint would then not be due
       integer(i8) :: flush_ticks = 0_i8           !! flush_seconds in clock ticks
       integer(i8) :: last_took = 0_i8             !! ticks of the last flush
    end type results_t

@@ -91,7 +91,7 @@ contains
       end associate
    end function is_alike_all_along
 
-   !> (nodes) true: the node belongs to an element; all other nodes are bodies beside the rod that carry obstacles.
+   !> Numbers of the nodes that belong to an element; all other nodes are bodies beside the rod that carry obstacles.
    pure function rod_nodes(problem) result(node)
       type(problem_t), intent(in) :: problem
       integer, allocatable :: node(:)

@@ -6,7 +6,7 @@ module closing_spans
    use kinds, only: wp
    use model, only: step_t, method_load
    use problem, only: problem_t, rounding_gap
-   use contact_spans, only: shortest, line_share
+   use contact_spans, only: closed_share, initial_share
    use past_breakpoints, only: beyond
    use test_kinds, only: span_test_t, any_fails, test_vanishing, test_force, test_pressure, test_couple, test_slack, well_below
    use doubts, only: doubts_of
@@ -158,7 +158,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: test      !! test of the free span
       gone = abs(test%value) * problem%size <= rounding_gap(problem) .or. &
-         & test%ends(2) - test%ends(1) < shortest * problem%layout%rod_segment(test%rod_segment)%length
+         & test%ends(2) - test%ends(1) < closed_share * problem%layout%rod_segment(test%rod_segment)%length
    end function is_gone
 
    !> True if the free span is a short remainder before a segment boundary beyond which the contact beside the span can continue:
@@ -168,7 +168,7 @@ contains
       type(span_test_t), intent(in) :: test      !! test of the free span
       integer :: side
       side = findloc(test%beside > 0, .true., 1)
-      is_passage = count(test%beside > 0) == 1 .and. test%ends(2) - test%ends(1) <= line_share * &
+      is_passage = count(test%beside > 0) == 1 .and. test%ends(2) - test%ends(1) <= initial_share * &
          & problem%layout%rod_segment(test%rod_segment)%length
       if (is_passage) is_passage = beyond(problem, test%beside(side), merge(1, -1, side == 1)) > 0
    end function is_passage

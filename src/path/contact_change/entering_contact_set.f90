@@ -66,7 +66,7 @@ contains
          if (next%test > 0) call bars_at_point(problem, step, run, next%path_point_t, next%label, .false., next%test, &
             & arrival%bars)
          call accept(problem, step, run, next%path_point_t, arrival, recorder, request, finished, outcome)
-         if (.not. request%remeshes()) exit
+         if (.not. request%repeats_increment()) exit
          start%mesh%refinement = run%mesh%refinement
          arrival%tries = arrival%tries + 1
          done = .false.

@@ -2,7 +2,7 @@
 module simultaneous_tests
    use kinds, only: wp
    use problem, only: problem_t
-   use contact_spans, only: line_share
+   use contact_spans, only: initial_share
    use test_kinds, only: span_test_t, test_gap, test_force, test_slack
    implicit none
    private
@@ -49,14 +49,14 @@ contains
       integer :: i, j
       one_contact = .false.
       if (a%contact /= b%contact) return
-      one_contact = a%rod_segment == b%rod_segment .and. abs(a%at - b%at) <= line_share * &
+      one_contact = a%rod_segment == b%rod_segment .and. abs(a%at - b%at) <= initial_share * &
          & problem%layout%rod_segment(a%rod_segment)%length
       associate (first => problem%layout%rod_segment(a%rod_segment), second => problem%layout%rod_segment(b%rod_segment))
          do i = 1, 2
             do j = 1, 2
                if (first%node(i) /= second%node(j)) cycle
-               one_contact = one_contact .or. abs(a%at - merge(0.0_wp, first%length, i == 1)) <= line_share * first%length .and. &
-                  & abs(b%at - merge(0.0_wp, second%length, j == 1)) <= line_share * second%length
+               one_contact = one_contact .or. abs(a%at - merge(0.0_wp, first%length, i == 1)) <= initial_share * first%length &
+                  & .and. abs(b%at - merge(0.0_wp, second%length, j == 1)) <= initial_share * second%length
             end do
          end do
       end associate

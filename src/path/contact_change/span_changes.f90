@@ -11,7 +11,7 @@ module span_changes
    use model, only: step_t, method_load
    use text, only: to_text
    use problem, only: problem_t, copy_problem
-   use test_kinds, only: span_test_t, test_words, test_gap, test_force, test_crossing, test_length
+   use test_kinds, only: span_test_t, test_words, test_gap, test_force, test_boundary_span, test_length
    use reachability, only: turns
    use closing_spans, only: about_to_close, vanishing, close_spans
    use contact_change_types, only: step_interval_t, change_t, new_interval, change_none, change_missed, change_located, &
@@ -43,7 +43,7 @@ module span_changes
    use error_report, only: bars_at_point
    implicit none
    private
-   public :: pass_change
+   public :: check_contact_change
 
    integer, parameter :: most_meshes = 4         !! remeshings to determine which of two changes comes first
    real(wp), parameter :: likely = 10.0_wp       !! factor on one change's error bar; other changes' bars are rarely wider
@@ -52,7 +52,7 @@ contains
 
    !> Checks whether the contact set is valid at the end of an increment. If not, the run moves to the first failure and continues
    !> with the next contact set (request%set_changed), or the request says what is required to find this set.
-   subroutine pass_change(problem, step, run, trial, stuck, tries, recorder, request, finished, outcome)
+   subroutine check_contact_change(problem, step, run, trial, stuck, tries, recorder, request, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
@@ -83,7 +83,7 @@ contains
       run%since_change%at = run%arc_length
       if (.not. (finished .or. allocated(outcome%why) .or. allocated(request%no_set))) &
          & call check_return(problem, step, run, outcome)
-   end subroutine pass_change
+   end subroutine check_contact_change
 
    !> Closes free spans at a point of the increment or, if no increment converges, just ahead. Events before the onset of the next
    !> set could be missed: a shorter increment is requested while a limit point or a value that the deck asks for lies on this one.
@@ -176,14 +176,14 @@ contains
          change%label = first%label
          change%divides = first%divides
       end if
-      vanishes = any(change%tests(change%which)%kind == [test_crossing, test_length]) .and. change%label /= '  '
+      vanishes = any(change%tests(change%which)%kind == [test_boundary_span, test_length]) .and. change%label /= '  '
       if (vanishes) call find_vanished(problem, change%point%state, change%tests(change%which), small_load(run), without, vanishes)
       if (vanishes) then
          without%label = change%label
          without%divides = change%divides
          change%label = '  '
          call ask_at_onset(problem, step, run, without, tries, outcome, request)
-         if (request%remeshes()) return
+         if (request%repeats_increment()) return
       end if
       if (found) call other_ways(problem, step, run, change%point, zero, first, way)
       call record_change(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
@@ -309,7 +309,7 @@ contains
       run%control%increment = increment
       if (allocated(run%onset%region)) deallocate (run%onset%region)
       run%onset%element = 0
-      if (request%remeshes()) return
+      if (request%repeats_increment()) return
       request%set_changed = .not. request%shorter
       if (request%set_changed) return
       request%shorter = .false.

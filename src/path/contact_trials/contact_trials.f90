@@ -12,7 +12,7 @@ module contact_trials
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
-   use contact_spans, only: contact_span_t, line_share
+   use contact_spans, only: contact_span_t, initial_share
    use contact_set_edits, only: same_set
    use span_candidates, only: present_contact_spans
    use test_kinds, only: span_test_t, any_fails
@@ -24,7 +24,7 @@ module contact_trials
    use neighbours, only: doubt_t, neighbour_t, neighbours_at, edit_merge, closes, no_test
    use doubts, only: doubts_of, all_doubts
    use set_trial, only: solve_neighbour
-   use set_validity, only: change_place_t, new_change_place, trial_t, copy_trial, is_near, verify, load_changes, &
+   use set_validity, only: change_place_t, new_change_place, tried_set_t, copy_trial, is_near, verify, load_changes, &
       & is_far_enough, step_ahead, farthest
    use step_off, only: step_by, failing, tangent_along
    implicit none
@@ -32,9 +32,9 @@ module contact_trials
    public :: try_sets, neighbours_of, same_kind
 
    ! Lengths as shares of the length of the rod strip, a sequence of rod segments (rod_strips):
-   real(wp), parameter :: first_length(6) = [10.0_wp, 2.5_wp, 1.25_wp, 50.0_wp, 0.3_wp, 0.06_wp] * line_share !! prescribed lengths
-   !! of a new contact or free span, in the order in which they are tried
-   real(wp), parameter :: nearby = 10.0_wp * line_share !! contacts within this distance of a failing test are edited
+   real(wp), parameter :: first_length(6) = [10.0_wp, 2.5_wp, 1.25_wp, 50.0_wp, 0.3_wp, 0.06_wp] * initial_share !! prescribed
+   !! lengths of a new contact or free span, in the order in which they are tried
+   real(wp), parameter :: nearby = 10.0_wp * initial_share !! contacts within this distance of a failing test are edited
    real(wp), parameter :: part_of_segment = 0.25_wp !! longest new contact or free span / shortest rod segment
    real(wp), parameter :: growth = 5.0_wp         !! factor between the lengths of a new span that are tried to leave its change
    real(wp), parameter :: most_of_strip = 0.25_wp !! longest of these lengths / length of the strip
@@ -64,7 +64,7 @@ contains
       type(change_place_t) :: here
       type(strip_t), allocatable :: strip(:)
       type(doubt_t), allocatable :: doubt(:)
-      type(trial_t), allocatable :: valid(:)
+      type(tried_set_t), allocatable :: valid(:)
       real(wp) :: wide                            ! longest free span that vanishes / length of the strip
       integer :: best
       strip = find_strips(problem%layout)
@@ -107,7 +107,7 @@ contains
 
       !> Moves the set on if tests fail at its equilibrium: they pass through zero soon after, where the stiffness may be singular.
       subroutine pass_zeros(trial, set)
-         type(trial_t), intent(in) :: trial
+         type(tried_set_t), intent(in) :: trial
          type(next_t), intent(inout) :: set
          if (any_fails(tests_of(set))) set%path_point_t = trial%there
       end subroutine pass_zeros
@@ -131,8 +131,8 @@ contains
       type(change_place_t), intent(in) :: here    !! the present set, at a located change
       type(strip_t), intent(in) :: strip(:)
       type(doubt_t), intent(in) :: doubt(:)
-      type(trial_t), allocatable, intent(inout) :: valid(:) !! the set found
-      type(trial_t), allocatable :: larger(:)
+      type(tried_set_t), allocatable, intent(inout) :: valid(:) !! the set found
+      type(tried_set_t), allocatable :: larger(:)
       real(wp) :: length
       length = first_length(valid(1)%length)
       do while (valid(1)%sized .and. .not. load_changes(here, valid(1)%set))
@@ -153,7 +153,7 @@ contains
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here    !! the present set, at a change or near it
       real(wp), intent(in) :: wide                !! longest free span that vanishes / length of the strip
-      type(trial_t), intent(inout) :: trial
+      type(tried_set_t), intent(inout) :: trial
       real(wp) :: near
       logical :: farther
       farther = allocated(here%beyond)
@@ -170,7 +170,7 @@ contains
    !> Follows a set by growing changes of the load to an equilibrium from which increments can go on.
    subroutine go_on(here, trial)
       type(change_place_t), intent(in) :: here
-      type(trial_t), intent(inout) :: trial
+      type(tried_set_t), intent(inout) :: trial
       type(next_t) :: farther
       type(span_test_t), allocatable :: tests(:)
       real(wp) :: change
@@ -219,8 +219,8 @@ contains
       type(strip_t), intent(in) :: strip(:)
       type(doubt_t), intent(in) :: doubt(:)
       real(wp), intent(in) :: length(:)           !! lengths of a new contact or free span that are tried / length of the strip
-      type(trial_t), allocatable, intent(out) :: valid(:) !! the sets found
-      type(trial_t), allocatable :: from(:), failed(:)
+      type(tried_set_t), allocatable, intent(out) :: valid(:) !! the sets found
+      type(tried_set_t), allocatable :: from(:), failed(:)
       integer :: edits, k
       allocate (valid(0), from(1))
       call copy_next(here%next_t, from(1)%set)
@@ -243,13 +243,13 @@ contains
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here    !! the present set, at the run's point
       type(strip_t), intent(in) :: strip(:)
-      type(trial_t), intent(in) :: from           !! the set to be edited
+      type(tried_set_t), intent(in) :: from           !! the set to be edited
       type(doubt_t), intent(in) :: doubt(:)
       real(wp), intent(in) :: length(:)           !! lengths of a new contact or free span that are tried / length of the strip
-      type(trial_t), allocatable, intent(inout) :: valid(:)
-      type(trial_t), allocatable, intent(inout) :: failed(:) !! sets with an equilibrium whose tests fail
+      type(tried_set_t), allocatable, intent(inout) :: valid(:)
+      type(tried_set_t), allocatable, intent(inout) :: failed(:) !! sets with an equilibrium whose tests fail
       type(neighbour_t), allocatable :: neighbour(:)
-      type(trial_t) :: trial
+      type(tried_set_t) :: trial
       integer :: d, k
       logical :: found
       do d = 1, size(doubt)
@@ -280,8 +280,8 @@ contains
 
    !> True if a set of the same kind is in a list.
    logical function is_among(trial, list)
-      type(trial_t), intent(in) :: trial
-      type(trial_t), intent(in) :: list(:)
+      type(tried_set_t), intent(in) :: trial
+      type(tried_set_t), intent(in) :: list(:)
       integer :: k
       is_among = .false.
       do k = 1, size(list)
@@ -356,7 +356,7 @@ contains
    !> images, the first one.
    pure integer function first_to_begin(load, valid) result(best)
       real(wp), intent(in) :: load
-      type(trial_t), intent(in) :: valid(:)
+      type(tried_set_t), intent(in) :: valid(:)
       real(wp) :: distance(size(valid))
       integer :: k
       best = 0
@@ -368,7 +368,7 @@ contains
    !> Follows the sets found over longer and longer distances until only one of them still satisfies its tests. `best` is its index,
    !> or that of the first one left if they cannot be separated; 0: no set was found.
    subroutine follow_further(valid, best)
-      type(trial_t), intent(in) :: valid(:)
+      type(tried_set_t), intent(in) :: valid(:)
       integer, intent(out) :: best
       logical :: left(size(valid)), goes(size(valid))
       type(state_t) :: state
@@ -403,9 +403,9 @@ contains
 
    !> Appends a set to a list.
    subroutine append(all, new)
-      type(trial_t), allocatable, intent(inout) :: all(:)
-      type(trial_t), intent(in) :: new
-      type(trial_t), allocatable :: longer(:)
+      type(tried_set_t), allocatable, intent(inout) :: all(:)
+      type(tried_set_t), intent(in) :: new
+      type(tried_set_t), allocatable :: longer(:)
       integer :: k
       allocate (longer(size(all) + 1))
       do k = 1, size(all)

@@ -7,7 +7,7 @@
 module contact_ways
    use model, only: step_t
    use problem, only: problem_t
-   use contact_spans, only: contact_span_t, line_share
+   use contact_spans, only: contact_span_t, initial_share
    use span_candidates, only: present_contact_spans
    use test_kinds, only: span_test_t, test_gap, test_force
    use next_spans, only: next_t, copy_next
@@ -17,7 +17,7 @@ module contact_ways
    use neighbours, only: doubt_t, neighbour_t, edit_add, edit_remove
    use doubts, only: doubts_of
    use set_trial, only: solve_neighbour
-   use set_validity, only: change_place_t, new_change_place, trial_t, is_near, verify
+   use set_validity, only: change_place_t, new_change_place, tried_set_t, is_near, verify
    use contact_trials, only: neighbours_of, same_kind
    implicit none
    private
@@ -40,7 +40,7 @@ contains
       type(strip_t), allocatable :: strip(:)
       type(doubt_t), allocatable :: doubt(:)
       type(neighbour_t) :: neighbour
-      type(trial_t) :: trial
+      type(tried_set_t) :: trial
       integer :: subset, k
       logical :: found
       allocate (way(0))
@@ -75,7 +75,7 @@ contains
       neighbour%edit = merge(edit_add, edit_remove, doubt(1)%kind == test_gap)
       neighbour%set = set
       do k = 1, size(doubt)
-         one = neighbours_of(strip, neighbour%set, doubt(k), [line_share])
+         one = neighbours_of(strip, neighbour%set, doubt(k), [initial_share])
          one = pack(one, one%edit == neighbour%edit)
          found = size(one) > 0
          if (.not. found) return
@@ -86,7 +86,7 @@ contains
    !> Appends the set of a valid trial.
    subroutine append(way, trial)
       type(next_t), allocatable, intent(inout) :: way(:)
-      type(trial_t), intent(in) :: trial
+      type(tried_set_t), intent(in) :: trial
       type(next_t), allocatable :: longer(:)
       integer :: k
       allocate (longer(size(way) + 1))

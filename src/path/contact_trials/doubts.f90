@@ -10,7 +10,7 @@ module doubts
    use rod_state, only: state_t, candidate_offset
    use obstacle_track, only: joint_distance
    use test_kinds, only: span_test_t, test_gap, test_force, test_curvature, test_pressure, test_length, test_vanishing, &
-      & test_crossing, test_slope, test_leaving, test_couple, test_slack, well_below
+      & test_boundary_span, test_slope, test_leaving, test_couple, test_slack, well_below
    use rod_strips, only: strip_t, on_strips, strip_place, coincide
    use neighbours, only: doubt_t
    implicit none
@@ -58,7 +58,7 @@ contains
                zones = [zones, pulled_zones(problem, state, strip, now(test%contact_span), scale, beyond)]
             case (test_length)
                call strip_place(strip, test%rod_segment, test%at, doubt(k)%strip, doubt(k)%at)
-            case (test_crossing)
+            case (test_boundary_span)
                at = now(test%contact_span)%at(merge(2, 1, test%sense > 0.0_wp))
                call strip_place(strip, now(test%contact_span)%rod_segment, at, doubt(k)%strip, doubt(k)%at)
             end select

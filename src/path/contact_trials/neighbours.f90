@@ -79,7 +79,7 @@ module neighbours
    ! differs inside a line contact, at its end, and at a load.
    real(wp), parameter :: zones(3) = [1.0_wp, 0.5_wp, 2.0_wp]
    ! Shortest new spans / length within which contacts are edited:
-   real(wp), parameter :: least_length = 0.1_wp !! contact or free span in general
+   real(wp), parameter :: least_resolved = 0.1_wp !! contact or free span in general
    real(wp), parameter :: least_gap = 0.2_wp  !! free span between two point contacts whose gap is resolved
    real(wp), parameter :: behind = 0.1_wp     !! first guess for a free span across a boundary: length behind / before the boundary
    real(wp), parameter :: turned = 2.0_wp - sqrt(3.0_wp) !! ratio of the lengths on both sides of a node that a couple lifts from a
@@ -131,7 +131,7 @@ contains
          real(wp) :: least
          resolved = size(length_of_new) == 1 .or. maxval(one%held) == 0
          if (resolved) return
-         least = least_length
+         least = least_resolved
          if (one%edit == edit_spread .and. minval(one%held) > 0) least = 0.0_wp
          if (any(one%edit == [edit_part, edit_leave]) .and. size(one%set) > size(set)) least = least_gap
          resolved = length_of_new(one%length) >= least * min(near, doubt%room)
@@ -382,7 +382,7 @@ contains
 
    contains
 
-      !> Next contact of the same obstacle along the strip, 0: none.
+      !> Next contact span of the same contact along the same strip (`rod_segment` is the strip in a set on strips); 0: none.
       pure integer function following(k) result(next)
          integer, intent(in) :: k
          integer :: j

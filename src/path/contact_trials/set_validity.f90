@@ -36,7 +36,7 @@ module set_validity
    use step_off, only: tangent_along, along, step_by, failing
    implicit none
    private
-   public :: change_place_t, new_change_place, trial_t, copy_trial, is_near, verify, load_changes, &
+   public :: change_place_t, new_change_place, tried_set_t, copy_trial, is_near, verify, load_changes, &
       & is_far_enough, step_ahead, farthest
 
    ! Displacement as a share of the structure's size:
@@ -66,7 +66,7 @@ module set_validity
    end type change_place_t
 
    !> A contact set that is tried, with an equilibrium.
-   type :: trial_t
+   type :: tried_set_t
       type(next_t) :: set                         !! its first equilibrium, in which a new contact or free span has a prescribed
       !! length; the path tangent points onward
       logical :: sized = .false.                  !! true: a length is prescribed
@@ -78,7 +78,7 @@ module set_validity
       type(path_point_t) :: there                 !! valid: equilibrium at which the tests are satisfied, a short step further
       type(span_test_t), allocatable :: fails(:)  !! not valid: the tests that fail
       type(state_t) :: fails_at                   !! and the state at which they fail
-   end type trial_t
+   end type tried_set_t
 
 contains
 
@@ -137,7 +137,7 @@ contains
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here
-      type(trial_t), intent(inout) :: trial       !! in: set with its equilibrium, its edits and whether it is sized
+      type(tried_set_t), intent(inout) :: trial       !! in: set with its equilibrium, its edits and whether it is sized
       type(next_t) :: there
       type(span_test_t), allocatable :: tests(:)
       real(wp) :: least, before                   ! least value of the tests at the last point and at the set's first equilibrium
@@ -180,7 +180,8 @@ contains
                   if (.not. (any_fails(tests) .or. gaps_are_open(here, trial, there, tests))) exit
                end if
                if (.not. any_fails(tests)) then
-                  ! The set begins further on if the contact of a node has a wrong sign.
+                  ! Where no change is located, a node of contact at nodes that pulls or penetrates may hold further along the path:
+                  ! the next longer step is tried.
                   if (.not. (here%at_change .or. contact_holds(there%problem, there%state, there%system))) cycle
                   if (.not. complement_grows(here, trial, there)) exit
                   if (.not. on_path(run, here, there)) exit
@@ -215,7 +216,7 @@ contains
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here
-      type(trial_t), intent(inout) :: trial
+      type(tried_set_t), intent(inout) :: trial
       type(next_t) :: nearer
       type(span_test_t), allocatable :: tests(:)
       logical :: ahead
@@ -261,7 +262,7 @@ contains
    !> equilibrium, where they are zero apart from the difference of two meshes.
    logical function complement_grows(here, trial, there) result(grows)
       type(change_place_t), intent(in) :: here
-      type(trial_t), intent(in) :: trial
+      type(tried_set_t), intent(in) :: trial
       type(next_t), intent(in) :: there           !! the set, at another point of its path
       type(contact_span_t), allocatable :: before(:)
       integer :: c
@@ -297,7 +298,7 @@ contains
    !> because gap and contact force are complementary.
    logical function gaps_are_open(here, trial, next, tests) result(open)
       type(change_place_t), intent(in) :: here
-      type(trial_t), intent(in) :: trial
+      type(tried_set_t), intent(in) :: trial
       type(next_t), intent(in) :: next            !! the set at its first equilibrium, or a short step further
       type(span_test_t), intent(in) :: tests(:)   !! its tests there
       real(wp) :: least
@@ -354,8 +355,8 @@ contains
 
    !> Copies a trial; a procedure for the reason given at copy_problem.
    subroutine copy_trial(from, to)
-      type(trial_t), intent(in) :: from
-      type(trial_t), intent(inout) :: to
+      type(tried_set_t), intent(in) :: from
+      type(tried_set_t), intent(inout) :: to
       call copy_next(from%set, to%set)
       to%sized = from%sized
       to%edits = from%edits

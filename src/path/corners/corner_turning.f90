@@ -70,7 +70,7 @@ contains
       arrival%label = corner_label(problem, place%state, active)
       arrival%changing = active .neqv. place%state%active
       call accept(problem, step, run, place, arrival, recorder, request, finished, outcome)
-      if (finished .or. allocated(outcome%why) .or. request%remeshes()) return
+      if (finished .or. allocated(outcome%why) .or. request%repeats_increment()) return
       load = max(load, abs(run%last_load), least_load * abs(run%last%state%load_factor))
       call leave_corner(problem, corner, run%last, turned)
       if (.not. turned) then

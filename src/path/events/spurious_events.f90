@@ -102,9 +102,9 @@ contains
       end associate
    end function turns_by_rounding
 
-   !> Rejects a limit point that may be an error of the mesh. It is rejected if its position on enriched elements differs by more
-   !> than the arc length since the last contact change (or, if it lies further ahead there, by more than this length plus the arc
-   !> length to the trial): if the load is nearly constant, the mesh error alone may make it fall.
+   !> Marks a limit point as unsure if the load may turn there by the error of the mesh only, so that a finer mesh is requested or
+   !> the run reports it. This is so if its place on finer elements is farther away than the path since the last contact change;
+   !> for a place ahead, farther than this path plus the way to the trial.
    subroutine check_limit_shift(problem, run, trial, located_event)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run

@@ -12,7 +12,7 @@ module increment_retries
    use path_record, only: recorder_t
    implicit none
    private
-   public :: retry_refined, retry_by_nodes, shorten_increment
+   public :: retry_refined, try_another_set, shorten_increment
 
    real(wp), parameter :: sharper = 0.01_wp !! residual tolerance of the repetition over that of the failed trial; with 0.001 and
    !! with 0.1 one deck in input has other results
@@ -42,7 +42,7 @@ contains
 
    !> Finds another contact set, by trials or else by contact at nodes, if no increment succeeds with the present set. This is done
    !> once at each position along the path. attempt%changed is true if another set is found; otherwise the set is unchanged.
-   subroutine retry_by_nodes(problem, step, run, attempt, recorder, outcome)
+   subroutine try_another_set(problem, step, run, attempt, recorder, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
@@ -67,7 +67,7 @@ contains
       real(wp) function place()
          place = (1.0_wp + step%locate_tolerance) * (run%arc_length - run%left_at)
       end function place
-   end subroutine retry_by_nodes
+   end subroutine try_another_set
 
    !> Prepares a shorter increment from the last accepted point: half of the increment that failed, or another part of it.
    pure subroutine shorten_increment(run, part)

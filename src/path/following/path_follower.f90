@@ -18,11 +18,11 @@ module path_follower
    use increment_trials, only: try_increment
    use checkpoint, only: save_run
    use step_recovery, only: try_recovery
-   use increment_retries, only: retry_refined, retry_by_nodes, shorten_increment
+   use increment_retries, only: retry_refined, try_another_set, shorten_increment
    use path_acceptance, only: arrival_t, accept
    use corner_limit, only: report_turned_load
    use path_outcome, only: outcome_t, must_end
-   use span_changes, only: pass_change
+   use span_changes, only: check_contact_change
    use minima_of_tests, only: note_slopes
    use missing_equilibrium, only: why_no_equilibrium
    use span_mesh, only: renew_mesh, coarsen_mesh
@@ -102,7 +102,7 @@ contains
          type(path_point_t) :: here
          run%mesh%change_behind = .false.
          here = run%last
-         call pass_change(problem, step, run, here, .false., huge(1), recorder, attempt%request, attempt%finished, outcome)
+         call check_contact_change(problem, step, run, here, .false., huge(1), recorder, attempt%request, attempt%finished, outcome)
          call note_change(problem, run, attempt)
          if (attempt%request%shorter) call shorten_increment(run)
          if (attempt%changed) attempt%has_trial = allocated(attempt%request%ahead)
@@ -116,16 +116,16 @@ contains
          attempt%cuts = 0
          associate (request => attempt%request)
             if (problem%has_spans() .and. .not. attempt%begins) then
-               call pass_change(problem, step, run, attempt%trial, .false., attempt%meshes, recorder, request, attempt%finished, &
-                  & outcome)
+               call check_contact_change(problem, step, run, attempt%trial, .false., attempt%meshes, recorder, request, &
+                  & attempt%finished, outcome)
                call note_change(problem, run, attempt)
-               if (ended(attempt, outcome) .or. request%set_changed .or. request%shorter .or. request%remeshes()) return
+               if (ended(attempt, outcome) .or. request%set_changed .or. request%shorter .or. request%repeats_increment()) return
             end if
             arrival%report = attempt%report
             arrival%can_cut = attempt%searches < max_searches
             arrival%tries = attempt%meshes
             call accept(problem, step, run, attempt%trial, arrival, recorder, request, attempt%finished, outcome)
-            if (.not. request%remeshes()) attempt%searches = merge(attempt%searches + 1, 0, request%shorter)
+            if (.not. request%repeats_increment()) attempt%searches = merge(attempt%searches + 1, 0, request%shorter)
             if (request%shorter) call count_up(counter_cut)
          end associate
       end subroutine take_trial
@@ -137,11 +137,11 @@ contains
             if (allocated(request%no_set)) then
                no_set = request%no_set
                if (request%shorter) call shorten_increment(run)
-               call retry_by_nodes(problem, step, run, attempt, recorder, outcome)
+               call try_another_set(problem, step, run, attempt, recorder, outcome)
                if (.not. (attempt%changed .or. ended(attempt, outcome))) outcome%why = no_set
             else if (request%set_changed) then
                return
-            else if (request%remeshes()) then
+            else if (request%repeats_increment()) then
                call retry_refined(problem, run, attempt, .true.)
             else if (request%shorter) then
                call shorten_increment(run)

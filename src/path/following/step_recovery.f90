@@ -14,10 +14,10 @@ module step_recovery
    use bordered_system, only: linearise
    use force_law, only: segment_unknown
    use ground_marks, only: is_live
-   use span_changes, only: pass_change
+   use span_changes, only: check_contact_change
    use span_mesh, only: step_back, ask_for_twice
    use attempt, only: attempt_t, note_change, ended
-   use increment_retries, only: retry_refined, retry_by_nodes, shorten_increment
+   use increment_retries, only: retry_refined, try_another_set, shorten_increment
    use path_record, only: recorder_t
    use timing, only: count_up, counter_rejected, counter_cut
    use text, only: to_text
@@ -84,11 +84,12 @@ contains
          if (.not. (problem%has_spans() .and. attempt%cuts == cuts_before_change .and. allocated(run%trail))) return
          attempt%trial = run%last
          associate (request => attempt%request)
-            call pass_change(problem, step, run, attempt%trial, .true., huge(1), recorder, request, attempt%finished, outcome)
+            call check_contact_change(problem, step, run, attempt%trial, .true., huge(1), recorder, request, attempt%finished, &
+               & outcome)
             done = ended(attempt, outcome)
             if (done) return
             call note_change(problem, run, attempt)
-            done = request%set_changed .or. request%shorter .or. request%remeshes()
+            done = request%set_changed .or. request%shorter .or. request%repeats_increment()
             if (done) attempt%cuts = 0
             if (request%shorter) call shorten_increment(run)
          end associate
@@ -132,7 +133,7 @@ contains
          call turn_corner(problem, step, run, attempt%corner_meshes, recorder, attempt%request, turned, attempt%finished, outcome)
          done = ended(attempt, outcome)
          if (done) return
-         if (attempt%request%remeshes()) then
+         if (attempt%request%repeats_increment()) then
             attempt%corner_meshes = attempt%corner_meshes + 1
             call retry_refined(problem, run, attempt, .false.)
             done = .true.
@@ -154,7 +155,7 @@ contains
             outcome%why = 'no first point: '//attempt%report%message
          else if (attempt%cuts > max_cuts .or. too_short(step, run, 1.0_wp)) then
             if (.not. allocated(attempt%report%message)) attempt%report%message = 'no equilibrium'
-            call retry_by_nodes(problem, step, run, attempt, recorder, outcome)
+            call try_another_set(problem, step, run, attempt, recorder, outcome)
             if (attempt%changed .or. ended(attempt, outcome)) return
             call why_stuck(problem, step, run, attempt%report, outcome%why, outcome%turns)
          else

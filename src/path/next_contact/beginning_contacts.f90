@@ -6,7 +6,7 @@ module beginning_contacts
    use problem, only: problem_t
    use rod_state, only: state_t
    use node_contact_functional, only: reaction_rate
-   use contact_spans, only: contact_span_t, shortest
+   use contact_spans, only: contact_span_t, closed_share
    use contact_set_edits, only: numbered
    use span_candidates, only: present_contact_spans, touch_place, rolls_at
    use test_kinds, only: span_test_t
@@ -80,15 +80,15 @@ contains
    end subroutine release
 
    !> Position along the rod segment where a contact begins: the place of the gap, or a segment boundary that allows rolling if it
-   !> is closer than `shortest`.
+   !> is closer than `closed_share`.
    pure real(wp) function beginning_place(problem, test) result(at)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: test
       at = test%at
       associate (length => problem%layout%rod_segment(test%rod_segment)%length)
-         if (test%at <= shortest * length) then
+         if (test%at <= closed_share * length) then
             if (rolls_at(problem, test%contact, test%rod_segment, 1)) at = 0.0_wp
-         else if (test%at >= (1.0_wp - shortest) * length) then
+         else if (test%at >= (1.0_wp - closed_share) * length) then
             if (rolls_at(problem, test%contact, test%rod_segment, 2)) at = length
          end if
       end associate

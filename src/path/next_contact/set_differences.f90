@@ -96,13 +96,13 @@ contains
             associate (one => set(j), on => strip(set(j)%rod_segment))
                reach = near * on%length()
                do k = 1, size(set)
-                  if (k == j .or. .not. along_with(set(k), one)) cycle
+                  if (k == j .or. .not. same_contact_and_strip(set(k), one)) cycle
                   at = brought_near(on, set(k)%at, 0.5_wp * sum(one%at))
                   if (at(2) < one%at(1)) reach(1) = min(reach(1), 0.5_wp * (one%at(1) - at(2)))
                   if (at(1) > one%at(2)) reach(2) = min(reach(2), 0.5_wp * (at(1) - one%at(2)))
                end do
                do k = 1, size(other)
-                  if (.not. along_with(other(k), one)) cycle
+                  if (.not. same_contact_and_strip(other(k), one)) cycle
                   at = brought_near(on, other(k)%at, 0.5_wp * sum(one%at))
                   overlap(j, k) = at(1) <= one%at(2) + reach(2) .and. one%at(1) - reach(1) <= at(2)
                end do
@@ -110,11 +110,11 @@ contains
          end do
       end function overlap
 
-      !> True if two contacts lie on one strip and one obstacle.
-      pure logical function along_with(one, other)
+      !> True if two contact spans belong to the same contact and the same strip.
+      pure logical function same_contact_and_strip(one, other)
          type(contact_span_t), intent(in) :: one, other
-         along_with = one%contact == other%contact .and. one%rod_segment == other%rod_segment
-      end function along_with
+         same_contact_and_strip = one%contact == other%contact .and. one%rod_segment == other%rod_segment
+      end function same_contact_and_strip
    end function continued
 
    !> Continuing contact spans keep their numbers; of several that continue one span the first on the same rod segment does. All

@@ -5,7 +5,7 @@ module set_onset
    use model, only: step_t, method_load
    use problem, only: problem_t, rounding_gap
    use next_spans, only: next_t, copy_next, go_to_load
-   use test_kinds, only: span_test_t, any_fails, test_length, test_crossing
+   use test_kinds, only: span_test_t, any_fails, test_length, test_boundary_span
    use span_tests, only: least_length
    use converged_state, only: contact_holds
    use span_events, only: find_change
@@ -134,8 +134,9 @@ contains
             if (any_fails(tests)) call copy_next(there, outside)
          end if
          if (holds) then
-            where (tests%kind == test_length .or. tests%kind == test_crossing) tests%value = tests%value + (1.0_wp - shorter) * &
-               & least_length(next%problem, tests) / next%problem%size
+            where (tests%kind == test_length .or. tests%kind == test_boundary_span)
+               tests%value = tests%value + (1.0_wp - shorter) * least_length(next%problem, tests) / next%problem%size
+            end where
             holds = .not. any_fails(tests) .and. contact_holds(there%problem, there%state, there%system)
          end if
          if (holds) call copy_next(there, next)

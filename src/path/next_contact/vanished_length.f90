@@ -28,7 +28,7 @@ contains
    subroutine find_vanished(problem, state, test, step, next, found)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! equilibrium of `problem`
-      type(span_test_t), intent(in) :: test      !! its test of the length: of kind test_length or test_crossing
+      type(span_test_t), intent(in) :: test      !! its test of the length: of kind test_length or test_boundary_span
       real(wp), intent(in) :: step               !! first step of the load factor
       type(next_t), intent(out) :: next          !! the set without the length; its test is the one that is zero
       logical, intent(out) :: found              !! false: no such length, or no such equilibrium

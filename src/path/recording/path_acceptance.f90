@@ -74,9 +74,9 @@ contains
       request%events_located = any(findings%seen%located .and. .not. findings%duplicate)
       call begin_findings()
       call settle_events(problem, step, run, trial, arrival, findings, request, outcome)
-      if (request%shorter .or. request%remeshes()) return
+      if (request%shorter .or. request%repeats_increment()) return
       call settle_trial()
-      if (request%remeshes()) return
+      if (request%repeats_increment()) return
       call report_turned_load(problem, step, run, recorder, outcome)
       if (allocated(outcome%why)) return
       call record_events(problem, step, run, trial, findings, recorder, finished, outcome)
@@ -154,7 +154,7 @@ contains
          if (behind_end .or. .not. allocated(findings%bars)) return
          if (can_remesh) call ask_for_mesh(problem, step, run, trial%state, trial%system%force_scale, findings%bars, critical, &
             & arrival%tries, outcome, request)
-         if (request%remeshes()) return
+         if (request%repeats_increment()) return
          if (.not. critical) call note_error(problem, step, findings%bars, sizes_there(problem, step, run, trial%state, &
             & trial%system%force_scale, tolerance_at(problem, step, ''), outcome), '', place_t(run%branch, problem%step, &
             & run%points + 1, trial%state%load_factor), outcome%accuracy)
@@ -193,7 +193,7 @@ contains
             cycle
          end if
          call settle_event()
-         if (request%shorter .or. request%remeshes()) return
+         if (request%shorter .or. request%repeats_increment()) return
       end do
 
    contains
@@ -217,7 +217,7 @@ contains
             call check_limit_shift(problem, run, trial, located_event)
             if (allocated(arrival%tries)) &
                & call request_mesh_at_event(problem, step, run, located_event, arrival%tries, outcome, request)
-            if (request%remeshes()) return
+            if (request%repeats_increment()) return
             call check_single_path(located_event)
             request%shorter = arrival%can_cut .and. .not. located_event%located
          end associate

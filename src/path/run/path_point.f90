@@ -1,7 +1,8 @@
 !> A point of the path: an equilibrium with its factored equations, its path tangent and its test values.
 !>
-!> The corrector makes a point once; later procedures only read it. Procedures that need the factored equations (tangents, modes,
-!> error bars, the next increment) take them from the point, so that none has to restore them for its caller.
+!> The corrector makes a point, or point_at where a state is known without it; later procedures only read it. Procedures that need
+!> the factored equations (tangents, modes, error bars, the next increment) take them from the point, so that none has to restore
+!> them for its caller.
 module path_point
    use problem, only: problem_t
    use rod_state, only: state_t

@@ -28,7 +28,7 @@ module trial_request
    contains
       procedure :: begin_trial
       procedure :: begin_increment
-      procedure :: remeshes
+      procedure :: repeats_increment
    end type request_t
 
 contains
@@ -52,8 +52,8 @@ contains
    end subroutine begin_increment
 
    !> True if the trial must be repeated on another mesh or with a smaller residual.
-   pure logical function remeshes(self)
+   pure logical function repeats_increment(self)
       class(request_t), intent(in) :: self
-      remeshes = self%smaller_residual .or. allocated(self%density)
-   end function remeshes
+      repeats_increment = self%smaller_residual .or. allocated(self%density)
+   end function repeats_increment
 end module trial_request
