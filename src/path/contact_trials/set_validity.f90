@@ -2,7 +2,7 @@
 !> equilibrium or a short step along its path (step_off), and if this path is the run's:
 !>
 !>   is_near             its equilibrium is near the run's point                                  every set
-!>   on_path             no farther than the path since the last change, or ahead of it           where no change is located
+!>   on_path             within reach of the last increment, or in the path's direction           where no change is located
 !>   goes_on_smoothly    ahead, and no eigenvalue has changed its sign                             new lengths at a located change
 !>   gaps_are_open       free spans are open by more than rounding                                 sets with a new free span
 !>   complement_grows    a contact that began is pressed, a gap that opened grows                  gap or force of a point is zero
@@ -242,16 +242,16 @@ contains
    end subroutine begin_at_onset
 
    !> True if an equilibrium lies on the run's path, and not on another one that Newton's method has found: it is at the located
-   !> change; or no farther from the run's point than the path has come since the last change of contact, or than some increments
-   !> like the last one (reachability); or ahead in the direction of the path. (Increments become arbitrarily short before the path
-   !> gets stuck.) Where a free span vanishes, the direction of the path turns however near the equilibrium without the span is.
+   !> change, within reach of the last increment (reachability), or ahead in the direction of the path. (Other paths may be near: a
+   !> stocky column beside a wall is displaced along its axis by much more than it bends.) Where a free span vanishes, the direction
+   !> of the path turns however near the equilibrium without the span is.
    logical function on_path(run, here, there)
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here
       type(next_t), intent(in) :: there
       on_path = here%at_change
       if (.not. on_path) on_path = path_length(there%problem, carried(here%problem, here%state, there%problem), there%state) <= &
-         & max(within_reach * run%last_length, run%arc_length - max(run%left_at, run%since_change%at))
+         & within_reach * run%last_length
       if (.not. on_path) on_path = leads_to_next(here%problem, run, there)
       if (here%vanishes .and. on_path) on_path = abs(there%state%load_factor - here%state%load_factor) <= within_reach * &
          & here%least_load
