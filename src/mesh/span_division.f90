@@ -315,8 +315,9 @@ contains
       end do
    end function present_demand
 
-   !> Mesh density of the present mesh, for meshes with another contact set. A short span with the least number of elements gets
-   !> little more than the density beside it, so that no tiny elements remain after the span has closed.
+   !> Mesh density of the present mesh, for meshes with another contact set. A short span between contacts or interface points with
+   !> the least number of elements gets little more than the density beside it, so that no tiny elements remain after the span has
+   !> closed.
    function lasting_demand(problem, state) result(demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -334,6 +335,11 @@ contains
             associate (on => problem%contact_span(m)%element - problem%element_first(k) + 1)
                begins(min(max(on(1), 1), n + 1)) = .true.
                begins(min(on(2) + 1, n + 1)) = .true.
+            end associate
+         end do
+         do m = 1, size(problem%mark)
+            associate (e => problem%ground%chain%element(2, problem%mark(m)%candidate(2)))
+               if (problem%rod_segment(e) == k) begins(e - problem%element_first(k) + 1) = .true.
             end associate
          end do
          call even_out(demand(k), begins, least_placed)
