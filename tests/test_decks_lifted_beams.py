@@ -270,3 +270,54 @@ def test_an_end_of_contact_passes_a_loaded_node():
     assert [one.label for one in run.results.critical] == ["EP", "C-", "C-", "C-", "EP"]
     before = [k for k, load in enumerate(run.column("load_factor")) if load > 1.0 and contact(run, k)[-1] > 3.2698]
     assert before and contact(run, -1)[-1] < 3.2697
+
+
+# A pipe between two walls, which hold it along its axis, over a bed with a rounded crest. Its right end is lifted until it hangs.
+OFF_THE_BED = """*HEADING
+A pipe in tension is lifted off its bed
+*NODE
+1, 0, 0
+2, 60, 0
+*LINE, ELSET=PIPE, NSET=PIPE
+1, 2
+*BEAM SECTION, ELSET=PIPE, SECTION=STIFFNESS
+420.25, 1
+*BOUNDARY
+1, 1
+2, 1, 2
+*OBSTACLE, NAME=GROUND, TYPE=POLYLINE, RADIUS=7.02{law}
+-60, 0
+23.58, 0
+180, -17.83188
+*CONTACT, OBSTACLE=GROUND, NSET=PIPE
+*STEP
+*ACCURACY, TOLERANCE={tolerance}
+*STATIC, METHOD=LOAD
+0.1, , 0.5
+*DLOAD
+PIPE, PY, -0.0044676
+*END STEP
+*STEP
+*ACCURACY, TOLERANCE={tolerance}
+*STATIC, METHOD=LOAD
+0.02, , 0.1
+*BOUNDARY
+2, 2, 2, 16.44
+*END STEP
+"""
+
+
+def test_the_last_contact_ends_on_any_ground_at_the_same_height():
+    """Where contact ends the ground carries nothing, so neither its modulus nor its shape matters: the pipe hangs as it did before the
+    step that lifts it on. Its contact region vanishes there, and the mesh must not keep the short elements of this region, whose
+    rounding would exceed the stiffness of the pipe."""
+    ends = []
+    for law in ("", ", FOUNDATION=WINKLER, MODULUS=1.5338", ", FOUNDATION=WINKLER, MODULUS=15."):
+        for tolerance in ("1E-4", "1E-6"):
+            run = dr.run_deck(OFF_THE_BED.format(law=law, tolerance=tolerance))
+            lost = [c for c in run.results.critical if c.step == 2 and c.label == "C-"]
+            assert len(lost) == 1 and run.column("negative_pivots").max() == 0
+            assert abs(lost[0].corrected - lost[0].load_factor) <= lost[0].error
+            ends.append(lost[0])
+    for end in ends:
+        assert abs(end.load_factor - ends[1].load_factor) <= end.error + ends[1].error

@@ -7,7 +7,7 @@ module span_division
    use rod_layout, only: segment_element
    use rod_state, only: state_t
    use remeshed_model, only: division_t
-   use mesh_density, only: mesh_density_t, between, equal_shares, even_out
+   use mesh_density, only: mesh_density_t, between, equal_shares, even_out, no_finer
    use contact_spans, only: contact_span_t, sort_contact_spans
    use span_candidates, only: present_contact_spans
    use ground_mark, only: cut_t
@@ -128,7 +128,7 @@ contains
                from = to
                return
             end if
-            associate (shares => equal_shares(base%demand(rod_segment), from, to, n))
+            associate (shares => equal_shares(no_finer(base%demand(rod_segment), finest * base%size), from, to, n))
                at = [at, shares(2:)]
             end associate
             from = to

@@ -8,8 +8,8 @@ module mesh_density
    use rod_layout, only: layout_t
    implicit none
    private
-   public :: mesh_density_t, new_demands, between, equal_shares, as_mirrored, with_smooth_density, even_out, in_whole_parts, &
-      & position_rounding
+   public :: mesh_density_t, new_demands, between, equal_shares, no_finer, as_mirrored, with_smooth_density, even_out, &
+      & in_whole_parts, position_rounding
 
    !> Mesh density along one rod segment.
    type :: mesh_density_t
@@ -93,6 +93,15 @@ contains
          k = k + 1
       end do
    end function equal_shares
+
+   !> Density with at most one element on a given length. A short span leaves a high density where it has closed.
+   pure function no_finer(demand, length) result(limited)
+      type(mesh_density_t), intent(in) :: demand
+      real(wp), intent(in) :: length
+      type(mesh_density_t) :: limited
+      limited = demand
+      limited%elements = min(demand%elements, (demand%at(2:) - demand%at(:size(demand%elements))) / length)
+   end function no_finer
 
    !> Increases a density where neighbouring elements would differ in length by more than a factor (steepest). A piece gets no more
    !> elements than are needed to fill it with lengths that grow by this factor. This matters beside a span that has almost

@@ -80,10 +80,12 @@ contains
          & ahead%load_factor - here%load_factor)
       call tell_differences(problem, run%last%state, 1.0_wp / minval(nodes%element_last - nodes%element_first + 1), &
          & run%spans_begun, next)
-      ! The contact changes lie between the present point and the one found; other contact sets may exist in between, unless both
-      ! have the same load factor: the present set then ends where the next one begins.
-      next%located = next%times == 0 .or. abs(next%state%load_factor - run%last%state%load_factor) <= &
-         & problem%model%step(problem%step)%locate_tolerance * abs(run%last%state%load_factor)
+      ! The contact changes lie between the present point and the one found; other contact sets may exist in between, unless the
+      ! load factors of both are equal within the tolerance.
+      associate (step => problem%model%step(problem%step))
+         next%located = next%times == 0 .or. abs(next%state%load_factor - run%last%state%load_factor) <= &
+            & max(step%locate_tolerance, step%asked) * abs(run%last%state%load_factor)
+      end associate
    end subroutine ask_nodes
 
    !> True if the next equilibrium is near enough to be on the same path: its distance from the present point agrees with the path's
