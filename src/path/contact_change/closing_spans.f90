@@ -6,8 +6,7 @@ module closing_spans
    use kinds, only: wp
    use model, only: step_t, method_load
    use problem, only: problem_t, rounding_gap
-   use contact_spans, only: closed_share, initial_share
-   use past_breakpoints, only: beyond
+   use contact_spans, only: closed_share
    use test_kinds, only: span_test_t, any_fails, test_vanishing, test_force, test_pressure, test_couple, test_slack, well_below
    use doubts, only: doubts_of
    use rod_strips, only: find_strips
@@ -27,7 +26,7 @@ module closing_spans
    use path_outcome, only: outcome_t
    implicit none
    private
-   public :: about_to_close, vanishing, close_spans
+   public :: about_to_close, close_spans
 
 contains
 
@@ -42,27 +41,13 @@ contains
       integer :: k
       do k = 1, size(near)
          associate (before => interval%before(k), after => interval%after(k))
-            near(k) = size(vanishing(problem, [after])) > 0
+            near(k) = after%kind == test_vanishing
             if (near(k)) near(k) = (is_gone(problem, after) .and. closes(interval, k)) .or. ((interval%stuck .or. fails) &
                & .and. after%value <= reach_of(interval) * (before%value - after%value))
          end associate
       end do
       closing = pack(interval%after, near)
    end function about_to_close
-
-   !> Tests of free spans, without those of a remainder before a segment boundary that the contact beside it passes.
-   function vanishing(problem, tests)
-      type(problem_t), intent(in) :: problem
-      type(span_test_t), intent(in) :: tests(:)
-      type(span_test_t), allocatable :: vanishing(:)
-      logical :: closes(size(tests))
-      integer :: k
-      closes = tests%kind == test_vanishing
-      do k = 1, size(tests)
-         if (closes(k)) closes(k) = .not. is_passage(problem, tests(k))
-      end do
-      vanishing = pack(tests, closes)
-   end function vanishing
 
    !> Passes to the contact set without the given free spans at its onset, on the increment or just ahead. What the deck asks for on
    !> the way there comes first, with the present set.
@@ -161,15 +146,4 @@ contains
          & test%ends(2) - test%ends(1) < closed_share * problem%layout%rod_segment(test%rod_segment)%length
    end function is_gone
 
-   !> True if the free span is a short remainder before a segment boundary beyond which the contact beside the span can continue:
-   !> the contact then passes the boundary, and the remainder does not come into contact.
-   pure logical function is_passage(problem, test)
-      type(problem_t), intent(in) :: problem
-      type(span_test_t), intent(in) :: test      !! test of the free span
-      integer :: side
-      side = findloc(test%beside > 0, .true., 1)
-      is_passage = count(test%beside > 0) == 1 .and. test%ends(2) - test%ends(1) <= initial_share * &
-         & problem%layout%rod_segment(test%rod_segment)%length
-      if (is_passage) is_passage = beyond(problem, test%beside(side), merge(1, -1, side == 1)) > 0
-   end function is_passage
 end module closing_spans

@@ -4,11 +4,11 @@ module entering_contact_set
    use model, only: step_t
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
-   use next_spans, only: next_t, copy_next, holds, release_held_twice
+   use next_spans, only: next_t, release_held_twice
    use state_transfer, only: carried, carried_field
-   use path_control, only: displacement_between, can_be_held, holding_value
-   use path_continuity, only: path_tangent_at, between
-   use path_events, only: event_t, test_values_t, new_test_values, detect_events, value_events, event_stop
+   use path_control, only: displacement_between
+   use path_continuity, only: path_tangent_at
+   use path_events, only: event_t, new_test_values, detect_events, value_events
    use path_point, only: path_point_t, point_at, evaluate_tests
    use trial_request, only: request_t
    use mesh_transfer, only: refine_point
@@ -16,7 +16,6 @@ module entering_contact_set
    use path_acceptance, only: arrival_t, accept
    use error_report, only: bars_at_point
    use path_outcome, only: outcome_t
-   use corrector, only: correct
    use path_record, only: recorder_t
    implicit none
    private
@@ -58,7 +57,6 @@ contains
             arrival%times = lost
          end if
          call copy_problem(next%problem, problem)
-         call stop_before(problem, step, run, next)
          if (.not. known) then
             next%tangent = run%last%tangent
             if (.not. is_there(run, next)) next%tangent = path_tangent_of(problem, run, next%path_point_t)
@@ -122,44 +120,6 @@ contains
       run%last = next%path_point_t
       call evaluate_tests(problem, run%last)
    end subroutine adopt
-
-   !> Replaces the next set's state by its state at the end of the step, if the step ends before the known equilibrium and the set
-   !> is valid at this end. The new spans are too short there to be found from the side of the old set.
-   subroutine stop_before(problem, step, run, next)
-      type(problem_t), intent(in) :: problem     !! problem with the next contact set
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(in) :: run             !! the run at its present point, on the mesh of the next set
-      type(next_t), intent(inout) :: next
-      type(event_t), allocatable :: events(:)
-      integer, parameter :: most = 10            ! corrections from the known state back to the end of the step
-      type(next_t) :: there
-      type(state_t) :: from
-      type(test_values_t) :: test_values
-      real(wp) :: left, part                     ! remaining change of the prescribed value, and the part of it made at once
-      integer :: k, try
-      test_values = new_test_values(problem, next%state, next%system, 0.0_wp)
-      call value_events(problem, step, run%last%test_values, test_values, run%last%state, next%state, events)
-      k = findloc(events%kind == event_stop, .true., 1)
-      if (k == 0) return
-      if (.not. can_be_held(problem, events(k)%monitor)) return
-      call copy_next(next, there)
-      left = -events(k)%after
-      part = left
-      do try = 1, most
-         from = there%state
-         call correct(problem, from, holding_value(events(k)%monitor, part), .true., there%state, there%system, there%report)
-         if (there%report%converged) then
-            left = left - part
-            if (.not. abs(left) > 0.0_wp) exit
-            part = left
-         else
-            there%state = from
-            part = 0.5_wp * part
-         end if
-      end do
-      if (try > most) return
-      if (holds(there)) call copy_next(there, next)
-   end subroutine stop_before
 
    !> The run at its present point, but on the mesh of the next set, with the path tangent towards the known equilibrium of this
    !> set.

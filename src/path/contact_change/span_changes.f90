@@ -11,9 +11,9 @@ module span_changes
    use model, only: step_t, method_load
    use text, only: to_text
    use problem, only: problem_t, copy_problem
-   use test_kinds, only: span_test_t, test_words, test_gap, test_force, test_boundary_span, test_length
+   use test_kinds, only: span_test_t, test_words, test_gap, test_force, test_boundary_span, test_length, test_vanishing
    use reachability, only: turns
-   use closing_spans, only: about_to_close, vanishing, close_spans
+   use closing_spans, only: about_to_close, close_spans
    use contact_change_types, only: step_interval_t, change_t, new_interval, change_none, change_missed, change_located, &
       & place_within, place_here, place_ahead
    use next_spans, only: next_t
@@ -69,16 +69,18 @@ contains
       call request%begin_trial()
       interval = new_interval(problem, run, trial, stuck)
       call find_change(problem, step, run, interval, change)
-      select case (change%kind)
-      case (change_none)
-         call check_inside(problem, step, run, interval, request)
-         if (.not. request%shorter) call close_at(problem, step, run, interval%to, interval, about_to_close(problem, interval, &
-            & .false.), recorder, request, finished, outcome)
-      case (change_missed)
+      if (change%kind == change_missed) then
          call go_less_far(step, run, interval%after(change%which), request)
-      case (change_located)
-         call pass_located(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
-      end select
+         return
+      end if
+      call check_inside(problem, step, run, interval, change, request)
+      if (request%shorter) return
+      if (change%kind == change_located) then
+         call pass_change(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
+      else
+         call close_at(problem, step, run, interval%to, interval, about_to_close(problem, interval, .false.), recorder, request, &
+            & finished, outcome)
+      end if
       if (.not. request%set_changed) return
       run%since_change%at = run%arc_length
       if (.not. (finished .or. allocated(outcome%why) .or. allocated(request%no_set))) &
@@ -108,43 +110,28 @@ contains
       if (too_far) call go_less_far(step, run, closing(1), request)
    end subroutine close_at
 
-   !> Looks for a failure inside an increment at whose end the set is valid, by the slopes of the tests.
-   subroutine check_inside(problem, step, run, interval, request)
+   !> Looks for a failure before the located change or, if there is none, before the end of the increment, by the slopes of tests.
+   subroutine check_inside(problem, step, run, interval, change, request)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(step_interval_t), intent(in) :: interval
+      type(change_t), intent(in) :: change
       type(request_t), intent(inout) :: request
+      type(step_interval_t) :: before
       if (interval%stuck) return
-      call check_between(problem, step, run, interval, 0, request%shorter)
+      if (change%kind == change_located .and. change%where == place_within) then
+         before = interval
+         before%to = change%point
+         before%after = change%tests
+         call check_between(problem, step, run, before, change%which, request%shorter)
+      else if (change%kind == change_none) then
+         call check_between(problem, step, run, interval, 0, request%shorter)
+      end if
    end subroutine check_inside
 
-   !> Makes a change at the located zero of a test.
-   subroutine pass_located(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
-      type(problem_t), intent(inout) :: problem
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run
-      type(step_interval_t), intent(in) :: interval
-      integer, intent(in) :: tries
-      type(change_t), intent(inout) :: change
-      class(recorder_t), intent(inout) :: recorder
-      type(request_t), intent(inout) :: request
-      logical, intent(out) :: finished
-      type(outcome_t), intent(inout) :: outcome
-      type(step_interval_t) :: near
-      finished = .false.
-      if (change%where == place_within .and. .not. interval%stuck) then
-         near = interval
-         near%to = change%point
-         near%after = change%tests
-         call check_between(problem, step, run, near, change%which, request%shorter)
-         if (request%shorter) return
-      end if
-      call pass_by_trial(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
-   end subroutine pass_located
-
    !> Makes a located change with the set that trials find at its place.
-   subroutine pass_by_trial(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
+   subroutine pass_change(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
@@ -163,8 +150,8 @@ contains
       zero = [change%tests(change%which), zero_too(change%tests, change%which, interval%after%value < interval%before%value)]
       if (change%label == '  ') then
          ! Where a free span vanishes other tests fail because of it.
-         call close_at(problem, step, run, change%point, interval, [vanishing(problem, zero), about_to_close(problem, interval, &
-            & .true.)], recorder, request, finished, outcome)
+         call close_at(problem, step, run, change%point, interval, [pack(zero, zero%kind == test_vanishing), &
+            & about_to_close(problem, interval, .true.)], recorder, request, finished, outcome)
          if (request%set_changed .or. request%shorter) return
       end if
       found = .false.
@@ -199,7 +186,7 @@ contains
       else
          request%no_set = no_set_at(problem, change)
       end if
-   end subroutine pass_by_trial
+   end subroutine pass_change
 
    !> Reports a contact change behind which the path has several ways on as a bifurcation, too, and keeps it for branches.
    subroutine tell_ways(problem, run, change, way, recorder, outcome)
@@ -314,7 +301,7 @@ contains
       if (request%set_changed) return
       request%shorter = .false.
       if (change%where == place_ahead) then
-         call check_inside(problem, step, run, interval, request)
+         if (.not. interval%stuck) call check_between(problem, step, run, interval, 0, request%shorter)
       else
          ! An earlier event is located more reliably on a shorter increment.
          call go_less_far(step, run, interval%after(change%which), request)

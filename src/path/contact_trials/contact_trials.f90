@@ -3,9 +3,8 @@
 !> kept if all its tests are satisfied there or a short step further along the path (set_validity). The kind of the failing test
 !> gives the order of the edits; the tests of a set, and whether its path is that of the run, decide whether it is valid.
 !>
-!> If no set remains after one edit, a second edit is made where the tests of the edited set fail. At a located change the first
-!> set that is valid is taken. Elsewhere, if several sets remain, they are followed over ten times longer paths until one is left:
-!> near a degenerate change the test values of the sets differ by less than the tolerance of the tests.
+!> If no set remains after one edit, a second edit is made where the tests of the edited set fail. The first set that is valid is
+!> taken; where a free span vanishes, that which begins first.
 module contact_trials
    use kinds, only: wp
    use model, only: step_t
@@ -16,7 +15,7 @@ module contact_trials
    use contact_set_edits, only: same_set
    use span_candidates, only: present_contact_spans
    use test_kinds, only: span_test_t, any_fails
-   use next_spans, only: next_t, copy_next, tests_of, go_to_load
+   use next_spans, only: next_t, copy_next, tests_of
    use path_point, only: path_point_t
    use path_state, only: path_state_t
    use set_differences, only: tell_differences
@@ -24,9 +23,8 @@ module contact_trials
    use neighbours, only: doubt_t, neighbour_t, neighbours_at, edit_merge, closes, no_test
    use doubts, only: doubts_of, all_doubts
    use set_trial, only: solve_neighbour
-   use set_validity, only: change_place_t, new_change_place, tried_set_t, copy_trial, is_near, verify, load_changes, &
-      & is_far_enough, step_ahead, farthest
-   use step_off, only: step_by, failing, tangent_along
+   use set_validity, only: change_place_t, new_change_place, tried_set_t, copy_trial, is_near, verify, load_changes, step_ahead
+   use step_off, only: step_by, failing
    implicit none
    private
    public :: try_sets, neighbours_of, same_kind
@@ -39,7 +37,6 @@ module contact_trials
    real(wp), parameter :: growth = 5.0_wp         !! factor between the lengths of a new span that are tried to leave its change
    real(wp), parameter :: most_of_strip = 0.25_wp !! longest of these lengths / length of the strip
 
-   real(wp), parameter :: farther = 10.0_wp       !! factor between the distances at which several sets are compared
    integer, parameter :: most_edits = 2           !! edits by which a set differs from the present one
    integer, parameter :: most_failed = 8          !! sets whose neighbours are tried, too: those of the likeliest edits
 
@@ -83,13 +80,14 @@ contains
       do best = 1, size(valid)
          call label(problem, run, here, wide, valid(best))
       end do
+      found = size(valid) > 0
+      if (.not. found) return
+      best = 1
       if (here%vanishes) then
          best = first_to_begin(run%last%state%load_factor, valid)
-      else
-         call follow_further(valid, best)
+      else if (decided(here, valid)) then
+         best = size(valid)
       end if
-      found = best > 0
-      if (.not. found) return
       call copy_next(valid(best)%set, first)
       if (here%at_change) then
          call pass_zeros(valid(best), first)
@@ -122,9 +120,8 @@ contains
       end function width_of
    end subroutine try_sets
 
-   !> Enlarges the new contact or free span of a set found until the path can continue from there: by its length as long as the load
-   !> factor has changed by less than the smallest increment, since a span that opens in a line contact may grow with a small power
-   !> of the load, then by the load.
+   !> Enlarges the new contact or free span of a set found as long as the load factor has changed by less than the smallest
+   !> increment: a span that opens in a line contact may grow with a small power of the load.
    subroutine enlarge(step, run, here, strip, doubt, valid)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
@@ -143,7 +140,6 @@ contains
          if (.not. same_kind(larger(1)%set%problem, valid(1)%set%problem)) return
          call move_alloc(larger, valid)
       end do
-      if (valid(1)%sized) call go_on(here, valid(1))
    end subroutine enlarge
 
    !> Labels the change from the present set to another one. Both are compared at about the same point of the path. A contact
@@ -166,28 +162,6 @@ contains
          call tell_differences(problem, here%state, near, run%spans_begun, trial%set)
       end if
    end subroutine label
-
-   !> Follows a set by growing changes of the load to an equilibrium from which increments can go on.
-   subroutine go_on(here, trial)
-      type(change_place_t), intent(in) :: here
-      type(tried_set_t), intent(inout) :: trial
-      type(next_t) :: farther
-      type(span_test_t), allocatable :: tests(:)
-      real(wp) :: change
-      associate (load => here%state%load_factor)
-         do while (.not. is_far_enough(here, trial%set))
-            call copy_next(trial%set, farther)
-            change = growth * (farther%state%load_factor - load)
-            if (abs(change) > abs(here%beyond%load_factor - load)) change = here%beyond%load_factor - load
-            call go_to_load(farther, load + change, tests)
-            if (.not. allocated(tests)) return
-            if (any_fails(tests) .or. .not. is_near(here, farther)) return
-            farther%tangent = tangent_along(farther, farther%tangent%u, farther%tangent%load)
-            call copy_next(farther, trial%set)
-            trial%there = farther%path_point_t
-         end do
-      end associate
-   end subroutine go_on
 
    !> Places at which the present set is edited: those of the tests that fail at the run's point or, if none fails there, a short
    !> step ahead. If no test fails, or no equilibrium is found ahead: the ends of all contacts.
@@ -230,7 +204,7 @@ contains
             if (edits == 1) call edit(step, run, here, strip, from(k), doubt, length, valid, failed)
             if (edits > 1) call edit(step, run, here, strip, from(k), doubts_of(from(k)%set%problem, from(k)%fails_at, strip, &
                & from(k)%fails, from(k)%set%system%force_scale), length, valid, failed)
-            if (here%at_change .and. size(valid) > 0) return
+            if (decided(here, valid)) return
          end do
          if (size(valid) > 0) return
          call move_alloc(failed, from)
@@ -270,13 +244,22 @@ contains
             call verify(step, run, here, trial)
             if (trial%valid) then
                call append(valid, trial)
-               if (here%at_change) return
+               if (decided(here, valid)) return
             else if (allocated(trial%fails) .and. size(failed) < most_failed) then
                if (.not. is_among(trial, failed)) call append(failed, trial)
             end if
          end do
       end do
    end subroutine edit
+
+   !> True if a set is found with which the path goes on, so that no further one need be tried. Where a free span vanishes, the set
+   !> that begins first is not known before all are tried; where no change is located, the path turns back only if it cannot go on.
+   pure logical function decided(here, valid)
+      type(change_place_t), intent(in) :: here
+      type(tried_set_t), intent(in) :: valid(:)   !! the sets found so far
+      decided = size(valid) > 0 .and. .not. here%vanishes
+      if (decided) decided = here%at_change .or. .not. valid(size(valid))%turns
+   end function decided
 
    !> True if a set of the same kind is in a list.
    logical function is_among(trial, list)
@@ -352,54 +335,16 @@ contains
       end do
    end function same_kind
 
-   !> Index of the set that begins nearest to a load factor, 0: none. Of sets that begin together, for instance those of mirror
+   !> Index of the set that begins nearest to a load factor. Of sets that begin together, for instance those of mirror
    !> images, the first one.
    pure integer function first_to_begin(load, valid) result(best)
       real(wp), intent(in) :: load
       type(tried_set_t), intent(in) :: valid(:)
       real(wp) :: distance(size(valid))
       integer :: k
-      best = 0
-      if (size(valid) == 0) return
       distance = [(abs(valid(k)%set%state%load_factor - load), k=1, size(valid))]
       best = findloc(distance <= (1.0_wp + step_ahead(1)) * minval(distance), .true., 1)
    end function first_to_begin
-
-   !> Follows the sets found over longer and longer distances until only one of them still satisfies its tests. `best` is its index,
-   !> or that of the first one left if they cannot be separated; 0: no set was found.
-   subroutine follow_further(valid, best)
-      type(tried_set_t), intent(in) :: valid(:)
-      integer, intent(out) :: best
-      logical :: left(size(valid)), goes(size(valid))
-      type(state_t) :: state
-      type(system_t) :: system
-      type(span_test_t), allocatable :: tests(:)
-      real(wp) :: distance
-      integer :: k
-      best = 0
-      if (size(valid) == 0) return
-      ! The path turns back only if it cannot go on.
-      left = .not. valid%turns
-      if (.not. any(left)) left = .true.
-      distance = step_ahead(2)
-      do
-         best = findloc(left, .true., 1)
-         if (count(left) == 1) return
-         distance = farther * distance
-         if (distance > farthest) return
-         goes = .false.
-         do k = 1, size(left)
-            if (.not. left(k)) cycle
-            associate (set => valid(k)%set)
-               system = set%system
-               call step_by(set, set%tangent, distance, state, system, tests)
-            end associate
-            if (allocated(tests)) goes(k) = .not. any_fails(tests)
-         end do
-         if (.not. any(goes)) return
-         left = goes
-      end do
-   end subroutine follow_further
 
    !> Appends a set to a list.
    subroutine append(all, new)

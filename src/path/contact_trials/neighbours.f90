@@ -75,21 +75,12 @@ module neighbours
       integer :: length = 1                  !! index of the prescribed length of the new contact or free span
    end type neighbour_t
 
-   ! Sizes of an opening free span that are tried, as multiples of half the length of the zone in which the test fails: the ratio
-   ! differs inside a line contact, at its end, and at a load.
-   real(wp), parameter :: zones(3) = [1.0_wp, 0.5_wp, 2.0_wp]
    ! Shortest new spans / length within which contacts are edited:
    real(wp), parameter :: least_resolved = 0.1_wp !! contact or free span in general
    real(wp), parameter :: least_gap = 0.2_wp  !! free span between two point contacts whose gap is resolved
    real(wp), parameter :: behind = 0.1_wp     !! first guess for a free span across a boundary: length behind / before the boundary
-   real(wp), parameter :: turned = 2.0_wp - sqrt(3.0_wp) !! ratio of the lengths on both sides of a node that a couple lifts from a
-   !! uniformly pressed line contact
-   real(wp), parameter :: parts(2, 2) = reshape([1.0_wp, turned, turned, 1.0_wp], [2, 2]) !! parts of an opening span on both sides
-   !! of a node that a couple lifts
-   real(wp), parameter :: at_boundary_sizes(3) = [1.0_wp, 4.0_wp, 16.0_wp] !! sizes of a span at a segment boundary, as multiples of
-   !! the least size of a new span: the end of a line jumps the farther, the larger the force or couple at the boundary is
-   real(wp), parameter :: at_load_beyond = 256.0_wp !! first guess for the size of such a span at the end of the increment / least
-   !! size of a new span
+   real(wp), parameter :: at_load_beyond = 256.0_wp !! first guess for the size of a span that a force or couple at a segment
+   !! boundary opens, at the end of the increment / prescribed length of a new span
 
 contains
 
@@ -255,7 +246,7 @@ contains
       type(strip_t), intent(in) :: strip
       real(wp), intent(in) :: e, near
       type(neighbour_t), allocatable, intent(inout) :: all(:)
-      real(wp) :: ends(2), g, zone, middle, sizes(size(zones) + 1)
+      real(wp) :: ends(2), g, zone, middle
       integer :: i, j, first
       ends = strip%ends()
       zone = max(width, e)
@@ -269,15 +260,14 @@ contains
             & call add(all, edit_ends, begun(shrunk(set, k, a), set(k)%contact, set(k)%rod_segment, b))
          if (a > ends(1)) call add(all, edit_ends, shrunk(set, k, a))
          if (b < ends(2)) call add(all, edit_ends, shrunk(set, k, b))
-         sizes = [zones * zone, e]
-         do i = 1, size(sizes)
-            g = sizes(i)
+         do i = 1, 2
+            g = merge(zone, e, i == 1)
             first = size(all)
-            if (a < s - g .and. s + g < b) call add(all, edit_open, opened(set, k, s - g, s + g), [k, size(set) + 1], [2, 1])
+            call open_at(s, g, [k, size(set) + 1])
             if (b - a <= g) cycle
             if (s - a <= max(2.0_wp * zone, near)) call end_off(1, a + g, a <= ends(1))
             if (b - s <= max(2.0_wp * zone, near)) call end_off(2, b - g, b >= ends(2))
-            if (.not. (beyond .and. width > 0.0_wp) .or. i == size(sizes)) cycle
+            if (.not. (beyond .and. width > 0.0_wp) .or. i == 2) cycle
             ! A zone of tensile force shows about how long the span is then.
             all(first + 1:)%beyond = .true.
             do j = first + 1, size(all)
@@ -307,8 +297,7 @@ contains
       subroutine at_boundary(s)
          real(wp), intent(in) :: s
          type(contact_span_t), allocatable :: new(:)
-         integer :: side, way, j, first
-         real(wp) :: g
+         integer :: side, way, first
          if (s < set(k)%at(1) - near .or. s > set(k)%at(2) + near) return
          do side = 1, 2
             if (abs(s - set(k)%at(side)) > near) cycle
@@ -320,39 +309,28 @@ contains
                call add(all, edit_pass, end_moved(set, k, side, s))
                call add(all, edit_pass, end_moved(set, k, side, s - way * e), [k, 0], [side, side])
             end if
-            do j = 1, size(at_boundary_sizes)
-               g = at_boundary_sizes(j) * e
-               if (way * (s - set(k)%at(3 - side)) <= g) cycle
-               ! Most of the free span lies on the line's side of the boundary; the point contact behind it takes over the force of
-               ! the line's end.
-               new = begun(end_moved(set, k, side, s - way * g), set(k)%contact, set(k)%rod_segment, s + way * behind * g)
-               call add(all, edit_jump, new, [k, size(set) + 1], [side, 1])
-            end do
+            if (way * (s - set(k)%at(3 - side)) <= e) cycle
+            ! Most of the free span lies on the line's side of the boundary; the point contact behind it takes over the force of the
+            ! line's end.
+            new = begun(end_moved(set, k, side, s - way * e), set(k)%contact, set(k)%rod_segment, s + way * behind * e)
+            call add(all, edit_jump, new, [k, size(set) + 1], [side, 1])
          end do
-         do j = 1, size(at_boundary_sizes)
-            call open_around(s, at_boundary_sizes(j) * e, [k, size(set) + 1])
-         end do
+         call open_at(s, e, [k, size(set) + 1])
          if (.not. beyond) return
          ! Where a force and a couple act, the parts of the span on both sides may grow with different powers of the load. A short
          ! span then has no equilibrium near any fixed ratio of the parts; the span at the end of the increment has.
          first = size(all)
-         call open_around(s, at_load_beyond * e, [0, 0])
+         call open_at(s, at_load_beyond * e, [0, 0])
          all(first + 1:)%beyond = .true.
       end subroutine at_boundary
 
-      !> Opens the line around a boundary that a couple lifts.
-      subroutine open_around(s, size_of_new, held)
-         real(wp), intent(in) :: s
-         real(wp), intent(in) :: size_of_new
-         integer, intent(in) :: held(2)
-         real(wp) :: ends(2)
-         integer :: i
-         do i = 1, size(parts, 2)
-            ends = s + size_of_new * [-parts(1, i), parts(2, i)]
-            if (set(k)%at(1) < ends(1) .and. ends(2) < set(k)%at(2)) &
-               & call add(all, edit_open, opened(set, k, ends(1), ends(2)), held, [2, 1])
-         end do
-      end subroutine open_around
+      !> Opens a free span around a place of the line.
+      subroutine open_at(place, half, held)
+         real(wp), intent(in) :: place, half    !! place and half the length of the free span
+         integer, intent(in) :: held(2)         !! contacts whose ends have prescribed places, 0: none
+         if (set(k)%at(1) < place - half .and. place + half < set(k)%at(2)) &
+            & call add(all, edit_open, opened(set, k, place - half, place + half), held, [2, 1])
+      end subroutine open_at
    end subroutine edit_line
 
    !> Adds the edits of free spans at a place: the whole span comes into contact, or the contacts beside it merge.
