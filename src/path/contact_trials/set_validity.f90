@@ -24,7 +24,7 @@ module set_validity
    use beginning_contacts, only: candidate_of
    use neighbours, only: edit_add, edit_remove, edit_part, edit_open, edit_end_off, edit_rise
    use state_transfer, only: carried, carried_field
-   use path_control, only: displacement_between, metric, path_length
+   use path_control, only: displacement_between, path_length
    use converged_state, only: contact_holds
    use path_point, only: path_point_t
    use path_state, only: path_state_t
@@ -183,10 +183,6 @@ contains
                   if (.not. (here%at_change .or. contact_holds(there%problem, there%state, there%system))) cycle
                   if (.not. complement_grows(here, trial, there)) exit
                   if (.not. on_path(run, here, there)) exit
-                  ! If the step comes nearer to the run's point, the new contact or free span becomes shorter.
-                  if (trial%sized .and. trial%edits > 1) then
-                     if (distance_from(here, there) < distance_from(here, set)) exit
-                  end if
                   there%tangent = tangent_along(there, set%tangent%u, set%tangent%load)
                   trial%valid = .true.
                   trial%there = there%path_point_t
@@ -326,20 +322,6 @@ contains
       type(span_test_t), intent(in) :: tests(:)
       worst = minval([0.0_wp, tests%value / max(test_slack(tests%kind), epsilon(worst))])
    end function worst
-
-   !> Distance of an equilibrium from the run's point: displacements and load factor are both measured relative to their values at
-   !> the run's point.
-   real(wp) function distance_from(here, next) result(distance)
-      type(change_place_t), intent(in) :: here
-      type(next_t), intent(in) :: next
-      real(wp), allocatable :: u(:, :)
-      real(wp) :: whole
-      u = displacement_between(next%problem, carried(here%problem, here%state, next%problem), next%state)
-      whole = max(metric(here%problem, here%state%u, here%state%u), epsilon(whole))
-      distance = metric(next%problem, u, u) / whole + &
-         & ((next%state%load_factor - here%state%load_factor) / max(abs(here%state%load_factor), tiny(whole)**0.25_wp))**2
-      distance = sqrt(distance)
-   end function distance_from
 
    !> Copies a trial; a procedure for the reason given at copy_problem.
    subroutine copy_trial(from, to)

@@ -5,11 +5,9 @@ module nodes_to_spans
    use problem, only: problem_t
    use rod_state, only: state_t
    use contact_spans, only: contact_span_t
-   use contact_set_edits, only: same_set, laid_down
-   use span_candidates, only: present_contact_spans
-   use test_kinds, only: span_test_t, test_slack, test_vanishing
+   use contact_set_edits, only: same_set
    use node_contacts, only: touches_at_nodes
-   use next_spans, only: next_t, copy_next, new_next, settle, tests_of, holds
+   use next_spans, only: next_t, new_next, settle, holds
    use reachability, only: leads_to_next
    use path_control, only: set_tangent
    use path_continuity, only: relation_t, relate, same_path, too_far
@@ -80,7 +78,7 @@ contains
       logical, intent(out) :: found
       character(:), allocatable, intent(out) :: why !! reason why no contact spans were found
       type(contact_span_t), allocatable :: contact_span(:), first(:)
-      integer :: wave, k, c, i
+      integer :: wave, c, i
       found = .false.
       ! First the nodes in contact are taken literally; further attempts close gaps of a few nodes between them.
       waves: do wave = 1, size(open_nodes)
@@ -90,35 +88,10 @@ contains
          end if
          first = contact_span
          call test_these_spans()
-         if (found) call fill_closed_spans()
          if (found) exit waves
       end do waves
 
    contains
-
-      !> Replaces free spans whose largest gap is rounding by line contacts, if the tests allow it: the ends of such free spans
-      !> carry no contact force, and their positions would be arbitrary.
-      subroutine fill_closed_spans()
-         type(next_t) :: kept
-         type(span_test_t), allocatable :: tests(:)
-         tests = tests_of(next)
-         k = 1
-         do while (k <= size(tests))
-            if (tests(k)%kind == test_vanishing .and. abs(tests(k)%value) <= test_slack(test_vanishing)) then
-               call copy_next(next, kept)
-               contact_span = laid_down(present_contact_spans(next%problem, next%state), tests(k)%beside, tests(k)%ends)
-               call test_these_spans()
-               if (found) then
-                  tests = tests_of(next)
-                  k = 0
-               else
-                  found = .true.
-                  call copy_next(kept, next)
-               end if
-            end if
-            k = k + 1
-         end do
-      end subroutine fill_closed_spans
 
       !> Finds the equilibrium with the contact spans of `next`, and tests the spans.
       subroutine test_these_spans()
