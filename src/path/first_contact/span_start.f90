@@ -1,7 +1,7 @@
 !> Start of a path with contact spans: nodes detect the first contact.
 module span_start
    use kinds, only: wp, parallel
-   use problem, only: problem_t, touching_gap, copy_problem, new_problem
+   use problem, only: problem_t, touching_gap, copy_problem
    use rod_state, only: candidate_gap, may_react
    use contact_spans, only: contact_span_t
    use span_problem, only: new_span_problem, new_sampled_problem, place_spans
@@ -33,12 +33,14 @@ contains
    !> contact it has a mesh whose nodes detect contact. The problem is unchanged if no contact of the deck uses contact spans.
    subroutine prepare_spans(problem)
       type(problem_t), intent(inout) :: problem      !! in: on the deck's mesh; out: on the mesh of the start
+      type(problem_t) :: on_deck
       type(contact_span_t), allocatable :: clamp(:), first(:)
       real(wp) :: normal(2)
       logical :: touches
       integer :: k, i
       if (.not. any(problem%deck%contact%along)) return
-      call place_spans(new_problem(problem%deck), problem)
+      call copy_problem(problem, on_deck)
+      call place_spans(on_deck, problem)
       touches = .false.
       allocate (clamp(0))
       do k = 1, size(problem%deck%contact)
