@@ -58,16 +58,26 @@ contains
       integer, intent(out) :: e
       real(wp), intent(out) :: tau
       integer, intent(inout), optional :: near
-      integer :: first, last, middle
+      integer :: first, last, middle, i
       first = problem%element_first(rod_segment)
       last = problem%element_last(rod_segment)
       if (present(near)) then
-         if (near > first + 1 .and. near - 1 <= last) then
-            if (begins_before(near - 1)) first = near - 1
+         if (near > first .and. near <= last) then
+            if (begins_before(near)) then
+               first = near
+            else
+               last = near - 1
+            end if
          end if
-         if (near >= first .and. near + 2 <= last) then
-            if (.not. begins_before(near + 2)) last = near + 1
-         end if
+         ! Most points are in the element of the previous point or in the next one.
+         do i = 0, 1
+            if (first /= near + i .or. first == last) exit
+            if (begins_before(first + 1)) then
+               first = first + 1
+            else
+               last = first
+            end if
+         end do
       end if
       do while (first < last)
          middle = (first + last + 1) / 2
