@@ -3,7 +3,8 @@ module test_kinds
    use kinds, only: wp
    implicit none
    private
-   public :: span_test_t, any_fails, any_crosses, crosses, another_fails, test_slack, well_below, test_words
+   public :: span_test_t, any_fails, any_crosses, crosses, another_fails, with_scale, test_slack, well_below, &
+      & test_words
    public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_vanishing, test_boundary_span, test_slope, &
       & test_leaving, test_couple
 
@@ -97,4 +98,12 @@ contains
       integer :: k
       another_fails = any(tests%value < -well_below * test_slack(tests%kind) .and. [(k, k=1, size(tests))] /= which)
    end function another_fails
+
+   !> A test with its value for another scale of forces.
+   elemental type(span_test_t) function with_scale(test, ratio) result(scaled)
+      type(span_test_t), intent(in) :: test
+      real(wp), intent(in) :: ratio              !! present scale of forces over the other one
+      scaled = test
+      if (any(test%kind == [test_force, test_pressure, test_couple])) scaled%value = test%value * ratio
+   end function with_scale
 end module test_kinds

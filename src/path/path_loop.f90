@@ -10,7 +10,6 @@ module path_loop
    use initial_overlap, only: overlap_of_modes
    use rod_state, only: state_t, new_state
    use linear_system, only: new_system
-   use bordered_system, only: linearise
    use start_support, only: why_unstable, unheld
    use corrector, only: increment_t
    use trial_request, only: request_t
@@ -19,7 +18,7 @@ module path_loop
    use first_contact, only: set_contact_of_start
    use span_mesh, only: prepare_mesh, ask_for_twice, refine_mesh
    use step_control, only: start_control
-   use path_point, only: path_point_t, evaluate_tests
+   use path_point, only: path_point_t, renew, evaluate_tests
    use point_recording, only: record
    use path_outcome, only: outcome_t, must_end, note_trouble
    use linear_buckling, only: buckle
@@ -205,7 +204,7 @@ contains
             return
          end if
       end if
-      call linearise(problem, run%last%state, run%last%state, run%last%system)
+      call renew(problem, run%last)
       if (.not. run%last%system%ok .or. run%last%system%factor%deficient) then
          outcome%why = 'the tangent at the start is singular: '//unheld
          return

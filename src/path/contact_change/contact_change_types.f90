@@ -3,7 +3,7 @@ module contact_change_types
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t
-   use test_kinds, only: span_test_t
+   use test_kinds, only: span_test_t, with_scale
    use span_tests, only: run_span_tests
    use path_point, only: path_point_t
    use path_state, only: path_state_t
@@ -54,7 +54,7 @@ contains
    function new_interval(problem, run, trial, stuck) result(interval)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(path_point_t), intent(in) :: trial
+      type(path_point_t), intent(in) :: trial     !! its tests are known
       logical, intent(in) :: stuck                !! true: the trial is the run's last point
       type(step_interval_t) :: interval
       interval%to = trial
@@ -63,7 +63,11 @@ contains
       if (stuck) interval%from = run%trail(1)%from
       interval%pivots = trial%system%negative_pivots
       interval%scale = max(trial%system%force_scale, tiny(interval%scale))
-      interval%after = run_span_tests(problem, interval%to%state, interval%scale)
-      interval%before = run_span_tests(problem, interval%from, interval%scale)
+      interval%after = trial%span_tests
+      if (allocated(run%last%span_tests) .and. .not. stuck) then
+         interval%before = with_scale(run%last%span_tests, run%last%system%force_scale / interval%scale)
+      else
+         interval%before = run_span_tests(problem, interval%from, interval%scale)
+      end if
    end function new_interval
 end module contact_change_types

@@ -15,7 +15,7 @@ module minima_of_tests
    use touchdown_points, only: touchdown_steps
    use span_candidates, only: touch_place
    use path_control, only: path_length
-   use path_point, only: path_point_t
+   use path_point, only: path_point_t, evaluate_span_tests
    use path_state, only: path_state_t
    use step_control, only: smallest
    implicit none
@@ -60,10 +60,11 @@ contains
    subroutine note_slopes(problem, run)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
-      real(wp) :: scale
       if (allocated(run%slopes%here) .or. .not. problem%has_spans() .or. problem%is_sampled()) return
-      scale = max(run%last%system%force_scale, tiny(scale))
-      run%slopes%here = slopes_at(problem, run%last, run_span_tests(problem, run%last%state, scale), scale)
+      call evaluate_span_tests(problem, run%last)
+      associate (last => run%last, scale => run%last%system%force_scale)
+         run%slopes%here = slopes_at(problem, last, last%span_tests, max(scale, tiny(scale)))
+      end associate
    end subroutine note_slopes
 
    !> Slopes of force and gap tests by arc length (0 for other kinds), followed by the slopes of the positions of all candidates.

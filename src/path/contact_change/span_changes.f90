@@ -31,7 +31,7 @@ module span_changes
    use contact_ways, only: other_ways
    use event_recording, only: new_critical, announce
    use critical_points, only: way_t
-   use path_point, only: path_point_t
+   use path_point, only: path_point_t, evaluate_span_tests
    use path_state, only: path_state_t, path_tangent_of, small_load, keep_critical_point
    use path_acceptance, only: arrival_t, accept
    use corner_limit, only: check_return
@@ -56,7 +56,7 @@ contains
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      type(path_point_t), intent(in) :: trial
+      type(path_point_t), intent(inout) :: trial !! out: its tests of contact spans are known
       logical, intent(in) :: stuck  !! true: no increment converges; the trial is the last point, and a change just ahead is sought
       integer, intent(in) :: tries               !! number of remeshings so far, as in arrival_t
       class(recorder_t), intent(inout) :: recorder
@@ -67,6 +67,7 @@ contains
       type(change_t) :: change
       finished = .false.
       call request%begin_trial()
+      call evaluate_span_tests(problem, trial)
       interval = new_interval(problem, run, trial, stuck)
       call find_change(problem, step, run, interval, change)
       if (change%kind == change_missed) then

@@ -9,9 +9,9 @@ module step_recovery
    use corner_ahead, only: part_before, differ
    use corner_turning, only: turn_corner
    use path_state, only: path_state_t, point_on_mesh_t
+   use path_point, only: renew
    use step_control, only: smallest
    use path_outcome, only: outcome_t
-   use bordered_system, only: linearise
    use force_law, only: segment_unknown
    use ground_marks, only: is_live
    use span_changes, only: check_contact_change
@@ -74,7 +74,7 @@ contains
          if (done) done = any([(is_live(problem, run%last%state, m), m=1, size(problem%mark))])
          if (.not. done) return
          run%last%state%segment = segment_unknown
-         call linearise(problem, run%last%state, run%last%state, run%last%system)
+         call renew(problem, run%last)
       end subroutine release_marks
 
       !> Searches for a contact change of spans just ahead of the last accepted point, and makes this change.

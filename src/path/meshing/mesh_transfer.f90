@@ -5,7 +5,6 @@ module mesh_transfer
    use problem, only: problem_t, copy_problem
    use rod_state, only: is_stress_free, state_t
    use linear_system, only: new_system
-   use bordered_system, only: linearise
    use span_problem, only: new_span_problem
    use span_candidates, only: present_contact_spans
    use mesh_change, only: carry_over
@@ -14,7 +13,7 @@ module mesh_transfer
    use path_control, only: control_t, is_arc_length, metric
    use osculating_contacts, only: turn_at_least_curvature
    use path_continuity, only: path_tangent_at, normal_plane, angle_between, largest_turn
-   use path_point, only: path_point_t, move_to, evaluate_tests
+   use path_point, only: path_point_t, move_to, renew, evaluate_tests
    use path_state, only: path_state_t, small_load, copy_path_state, forget_mesh
    use corrector, only: increment_t, correct
    use mesh_request, only: stays_within
@@ -158,7 +157,7 @@ contains
       call forget_mesh(run)
       call copy_problem(next, problem)
       run%last%system = new_system(problem)
-      call linearise(problem, run%last%state, run%last%state, run%last%system)
+      call renew(problem, run%last)
    end subroutine move_to_mesh
 
    !> Finds the touchdown point whose position changes fastest with the load.

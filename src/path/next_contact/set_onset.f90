@@ -15,7 +15,7 @@ module set_onset
    use path_control, only: displacement_between, path_length
    use path_continuity, only: path_tangent_t, path_tangent_at
    use step_off, only: tangent_along
-   use path_point, only: path_point_t, evaluate_tests
+   use path_point, only: path_point_t, evaluate_tests, evaluate_span_tests
    use path_state, only: path_state_t, copy_path_state, forget_mesh
    implicit none
    private
@@ -62,6 +62,7 @@ contains
       trial = outside%path_point_t
       trial%tangent = heading(outside)
       call evaluate_tests(next%problem, trial)
+      call evaluate_span_tests(next%problem, trial)
       interval = new_interval(next%problem, back, trial, .false.)
       fine = step
       fine%locate_tolerance = exact * step%locate_tolerance

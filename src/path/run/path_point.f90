@@ -13,16 +13,21 @@ module path_point
    use path_events, only: test_values_t, new_test_values
    use corrector, only: increment_t, take_increment
    use force_free_contact, only: count_opening
+   use test_kinds, only: span_test_t
+   use span_tests, only: run_span_tests
    implicit none
    private
-   public :: path_point_t, point_at, move_to, advance, evaluate_tests
+   public :: path_point_t, point_at, move_to, renew, advance, evaluate_tests, evaluate_span_tests
 
-   !> Tangent and test values of a trial point are set as soon as the direction of travel is known (path_state).
+   !> Tangent and test values of a trial point are set as soon as the direction of travel is known (path_state). The tests of
+   !> contact spans at the end of an increment are also those at the start of the next one.
    type :: path_point_t
       type(state_t) :: state
       type(system_t) :: system                   !! assembled and factored at `state`
       type(path_tangent_t) :: tangent            !! path tangent at `state`, in the direction of travel
       type(test_values_t) :: test_values         !! test values at `state`
+      type(span_test_t), allocatable :: span_tests(:) !! tests of the contact spans at `state`, for its own scale of forces; not
+      !! allocated: unknown
    end type path_point_t
 
 contains
@@ -44,8 +49,16 @@ contains
       type(state_t), intent(in) :: state
       type(path_point_t), intent(inout) :: point
       point%state = state
-      call linearise(problem, point%state, point%state, point%system)
+      call renew(problem, point)
    end subroutine move_to
+
+   !> Assembles and factors the equations of a point anew, after its state or its problem has changed.
+   subroutine renew(problem, point)
+      type(problem_t), intent(in) :: problem
+      type(path_point_t), intent(inout) :: point
+      if (allocated(point%span_tests)) deallocate (point%span_tests)
+      call linearise(problem, point%state, point%state, point%system)
+   end subroutine renew
 
    !> Makes the increment of the control from one point to another. If report%converged is false, the new point is undefined.
    subroutine advance(problem, from, control, to, report, keep_contact)
@@ -66,4 +79,12 @@ contains
       point%test_values = new_test_values(problem, point%state, point%system, point%tangent%load)
       call count_opening(problem, point%state, point%system, point%test_values%opening, point%test_values%weak)
    end subroutine evaluate_tests
+
+   !> Evaluates the tests of the contact spans at a converged point, unless they are known.
+   subroutine evaluate_span_tests(problem, point)
+      type(problem_t), intent(in) :: problem
+      type(path_point_t), intent(inout) :: point
+      if (.not. allocated(point%span_tests)) point%span_tests = run_span_tests(problem, point%state, &
+         & max(point%system%force_scale, tiny(point%system%force_scale)))
+   end subroutine evaluate_span_tests
 end module path_point
