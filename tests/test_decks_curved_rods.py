@@ -55,6 +55,17 @@ def test_ellipse_with_equal_axes_is_an_arc(angle, imperfection):
     assert abs(point.corrected - arc.corrected) < 1e-10 * arc.corrected
 
 
+def test_chain_of_an_imperfection_goes_on_from_ellipse_to_ellipse():
+    """The same arc as one ellipse or as two that meet in one direction: the same limit load. Two that meet at a right angle, both with the
+    same direction at their beginnings, are no smooth chain."""
+    halves = "*ELLIPSE, ELSET=LINER, NSET=LINER\n1, 3, 0, 0, 1, 1, 0, 12\n3, 2, 0, 0, 1, 1, 0, 12\n"
+    point, arc = liner(halves, nodes="3, -1, 0\n", imperfection=WAVE), on_an_arc(WAVE)
+    assert abs(point.corrected - arc.corrected) < 1e-10 * arc.corrected
+    corner = "*ELLIPSE, ELSET=LINER, NSET=LINER\n1, 3, 0, 0, 1, 1, 0, 12\n3, 4, -1, -1, 1, 1, 0, 12\n"
+    refused = dr.run_deck(LINER.format(curve=corner, nodes="3, -1, 0\n4, -2, -1\n", imperfection=WAVE), code=1)
+    assert "the chain has a corner between the elements 12 and 13" in refused.stderr
+
+
 def test_spline_tends_to_an_arc():
     """Points every 12 and every 6 degrees, directions at both ends: the error falls with the sixth power of their distance."""
     error = []

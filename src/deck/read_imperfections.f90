@@ -5,6 +5,7 @@ module read_imperfections
    use text, only: to_text, plural
    use model, only: model_t, mesh_t, imperfection_t, mode_offset_t, shape_sine, shape_cosine, shape_clamped
    use imperfection, only: nodal_imperfection, random_offsets
+   use reference_curve, only: curve_angle
    use imperfect_mesh, only: add_imperfection, move_to_curves, parted_nodes
    use checked_deck, only: checked_deck_t, position_t
    use deck_names, only: node_words, element_words
@@ -286,7 +287,7 @@ contains
          integer, intent(in) :: last, first ! last element of a curve; first element of the next curve
          real(wp) :: turn
          associate (one => model%curve(model%mesh%curve(last)), next => model%curve(model%mesh%curve(first)))
-            turn = next%angle - (one%angle + one%curvature * one%length)
+            turn = curve_angle(next, model%imperfection, 0.0_wp) - curve_angle(one, model%imperfection, one%length)
          end associate
          corner = abs(modulo(turn + pi, 2 * pi) - pi)
       end function corner
