@@ -346,3 +346,18 @@ v, ABOVE, 0.015532129917784188
     assert reference.error < 1e-5
     assert abs(end.load_factor - reference.load_factor) <= end.error + reference.error
     dr.assert_close(end.load_factor, reference.load_factor, relative=1e-4)
+
+
+@pytest.mark.parametrize("load", [0.9, 0.5])
+def test_last_force_of_an_unstressed_beam(load):
+    """A tool is pressed into a beam and withdrawn: its force ends where it touches the straight beam, at 1 less the room over the way.
+    No force is left there to measure this one by."""
+    room = 0.1 * (1.0 - load)
+    motion = "*STEP\n*ACCURACY, TOLERANCE=1E-6\n*STATIC, METHOD=LOAD\n0.02, , 0.1\n*OBSTACLE MOTION\nTOOL, 0, {}\n*END STEP\n"
+    lost = dr.run_deck("*HEADING\nTool\n*NODE\n1, 0, 0\n2, 1, 0\n*LINE, ELSET=B, NSET=B\n1, 2\n*BEAM SECTION, ELSET=B, SECTION=STIFFNESS\n"
+                       "1e4, 1\n*BOUNDARY\n1, PINNED\n2, 2\n*OBSTACLE, NAME=TOOL, TYPE=CIRCLE, SIDE=OUTSIDE\n"
+                       f"0.4, {0.2 + room!r}, 0.2\n*CONTACT, OBSTACLE=TOOL, NSET=B\n"
+                       + motion.format(-0.1) + motion.format(0.1)).only("C-")
+    assert lost.error < 1e-6
+    dr.assert_close(lost.load_factor, load, absolute=1e-8)
+    dr.assert_close(lost.corrected, load, absolute=1e-8)

@@ -32,6 +32,8 @@ module located_zero
       real(wp), allocatable :: coincident(:, :) !! (unknowns, any number) limit point: null vectors of bifurcations at the same
       !! point
       integer :: test = 0                        !! index of the test in run_span_tests; 0: the event is not a test of contact spans
+      real(wp) :: force_scale = 1.0_wp           !! scale of the forces in tests of contact spans, the same at all points. The scale
+      !! of a point itself is no smooth function: where the last contact of an unstressed structure ends it vanishes with the force
    end type zero_t
 
    real(wp), parameter :: as_zero = 1.0e-4_wp !! part of an eigenvalue's change over the increment below which the eigenvalue counts
@@ -98,13 +100,13 @@ contains
       type(span_test_t), allocatable :: tests(:)
       value = ieee_value(value, ieee_quiet_nan)
       if (zero%test > 0) then
-         tests = run_span_tests(problem, state, max(system%force_scale, tiny(value)), zero%test)
+         tests = run_span_tests(problem, state, zero%force_scale, zero%test)
          if (size(tests) < zero%test) return
          value = tests(zero%test)%value
          ! The test of contact spans is minus the magnitude of the couple, because a couple of either sign lifts the contact. Here
          ! the couple itself is used, which is smooth.
          if (tests(zero%test)%kind == test_couple) value = breakpoint_couple(problem, state, tests(zero%test)%candidate) / &
-            & (max(system%force_scale, tiny(value)) * problem%size)
+            & (zero%force_scale * problem%size)
       else if (.not. allocated(zero%event)) then
          return
       else if (zero%event%kind == event_bifurcation) then
@@ -116,15 +118,14 @@ contains
 
    !> Value of the test function that remains at the located event. A line contact counts as vanished at its shortest length, as
    !> does the span between a contact and a segment boundary; this length is the remaining value.
-   real(wp) function left_of_zero(problem, zero, state, system) result(left)
+   real(wp) function left_of_zero(problem, zero, state) result(left)
       type(problem_t), intent(in) :: problem
       type(zero_t), intent(in) :: zero
       type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system       !! factored at `state`
       type(span_test_t), allocatable :: tests(:)
       left = 0.0_wp
       if (zero%test == 0) return
-      tests = run_span_tests(problem, state, max(system%force_scale, tiny(left)), 0)
+      tests = run_span_tests(problem, state, zero%force_scale, 0)
       if (size(tests) < zero%test) return
       associate (test => tests(zero%test))
          if (any(test%kind == [test_length, test_boundary_span])) left = least_length(problem, test) / problem%size

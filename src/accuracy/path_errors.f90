@@ -182,7 +182,7 @@ contains
       end if
       bars%way = (crossing%way + crossing%more) / reach * length
       if (zero_is(zero, event_limit)) bars%turned = crossing%f * heading%load < 0.0_wp
-      final = crossing%near + (crossing%more - left_of_zero(problem, zero, state, system) / crossing%slope) * crossing%rate
+      final = crossing%near + (crossing%more - left_of_zero(problem, zero, state) / crossing%slope) * crossing%rate
       unseen = abs(first%value - value - shares%sum(:size(value))) + abs(crossing%more * crossing%rate) + abs(crossing%uncertainty)
       sizes = shares%size(:size(value)) + abs(crossing%near - first%value)
       noise = location_rounding()

@@ -170,6 +170,7 @@ contains
       allocate (bars)
       call timing_start(phase_accuracy)
       zero%test = test
+      zero%force_scale = scale_on_the_way(run, point)
       if (label /= '' .and. present(changing)) then
          if (only_stops(problem, changing)) then
             allocate (zero%event)
@@ -190,6 +191,13 @@ contains
       end if
       call timing_stop(phase_accuracy)
    end subroutine bars_at_point
+
+   !> Scale of forces on the way from the run's last point to another point.
+   pure real(wp) function scale_on_the_way(run, point) result(scale)
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: point    !! system factored
+      scale = max(run%last%system%force_scale, point%system%force_scale, tiny(scale))
+   end function scale_on_the_way
 
    !> True if the event is a limit point at a corner of the force law of a stop. A stop is at the same node on all meshes; the zero
    !> of its gap function therefore gives an error bar.
@@ -246,6 +254,7 @@ contains
          if (begun%contact_span(tests(k)%contact_span)%number /= newest) cycle
          if (begun%candidates%moves(tests(k)%candidate)) zero%test = k
       end do
+      zero%force_scale = scale_on_the_way(run, touched)
       if (zero%test > 0) then
          allocate (bars)
          call event_errors(begun, finer, touched%state, touched%system, zero, path_tangent_at(begun, &
