@@ -87,7 +87,7 @@ contains
    subroutine take_stiff_start(problem, run, trial, report, taken)
       type(problem_t), intent(inout) :: problem    !! out: on the mesh of `trial`
       type(path_state_t), intent(inout) :: run     !! the run; out: its last accepted point is transferred to the mesh of `trial`
-      type(path_point_t), intent(inout) :: trial
+      type(path_point_t), intent(inout) :: trial   !! the point that was found, else the run's last point
       type(increment_t), intent(out) :: report
       logical, intent(out) :: taken                !! false: no point was found; problem and run are then unchanged
       type(homotopy_point_t) :: here, sound, next
@@ -98,6 +98,7 @@ contains
       real(wp) :: growth
       integer :: tries
       taken = .false.
+      trial = run%last
       here%part = followed_part(problem)
       here%problem = softened(problem, problem, here%part)
       here%problem%demand = looking_demand(problem, here%part**(-0.25_wp))
