@@ -108,6 +108,27 @@ def test_lines_much_shorter_than_elements(gap, part):
     assert 0.0 < length.max() <= 1.05 * b / (4.0 * math.pi)
 
 
+@pytest.mark.parametrize("part", [0.01, 1e-4])
+def test_pushed_onto_a_wall_with_a_node_in_the_middle(part):
+    """Where contact begins the load is that of a mesh with the contact, which may be finer than the one of two elements: what the node in
+    the middle of this one errs by is no penetration. The load agrees with that of eight elements, and small deflections shorten the
+    column by (pi gap)^2/4 more than P/EA, P = 4 pi^2 but for the imperfection."""
+    gap, axial, way = 0.025, 1e4, 0.07
+    wave = part * gap
+    def pushed(elements):
+        text = DECK.format(gap=gap, waves=f"{-wave!r}, 0.", axial=axial, load=-PCR, largest=0.05, stop=0.1, elements=f", {elements}",
+                           lower="", accuracy="*ACCURACY, WIDEST=1\n")
+        text = dr.changed(text, (f"2., {gap!r}, -1., {gap!r}", f"-1., {-gap!r}, 2., {-gap!r}"), ("*MONITOR", "*BOUNDARY\n2, 1\n*MONITOR"),
+                          ("*STATIC\n0.3, 1E-12, 0.05", "*STATIC, METHOD=LOAD\n0.02, , 0.05"),
+                          (f"*CLOAD\n2, 1, {-PCR!r}", f"*BOUNDARY\n2, 1, 1, {-way!r}"), ("LOAD, ABOVE, 20.", "LOAD, ABOVE, 0.1"))
+        return dr.run_deck(text).only("C+")
+    coarse, fine = pushed(2), pushed(8)
+    assert abs(coarse.load_factor - fine.load_factor) <= coarse.error + fine.error
+    # To the squares of the slopes, of the strain and of the imperfection.
+    dr.assert_close(way * coarse.load_factor, (math.pi * gap)**2 / 4.0 * (1.0 - part**2) + PCR * (1.0 - part) / axial,
+                    relative=(math.pi * gap)**2 + PCR / axial + part**2)
+
+
 @pytest.mark.parametrize("gap, mesh, largest", [(0.0005, "1E-4", 2.5e-4), (0.0005, "1E-6", 2.5e-4), (0.0005, "1E-5", 1e-3),
                                                 (0.05, "1E-6", 0.025)])
 @pytest.mark.parametrize("between", [False, True])

@@ -99,11 +99,9 @@ contains
             call deck_contact_gaps(problem, state, c, gaps, place)
             do i = 1, size(node)
                call find_node(problem, state, node(i), mesh_node, e, tau)
-               ! Where a contact span begins, the gap of its node is used, which is more accurate than the polynomial of the
-               ! element.
-               if (present(touches_in) .and. e > 0) then
-                  if (e == touches_in) cycle
-               end if
+               ! Where a contact span begins, the gap of its node on the mesh with this contact is used. It is more accurate than the
+               ! polynomial of the element, and than the nodes of the element if that mesh is finer.
+               if (begins_at(e, mesh_node)) cycle
                ! The interpolation error is needed only if the penetration would be the worst without it.
                if (-gaps(i) / problem%size <= accuracy%worst(check_penetration)%value) cycle
                if (e > 0 .and. gaps(i) < 0.0_wp) gaps(i) = gaps(i) + place_error(problem, state, e, tau, profile)
@@ -112,6 +110,16 @@ contains
             end do
          end associate
       end do
+
+   contains
+
+      !> True if a contact span begins at this point of the path, in the element or in an element at the mesh node.
+      pure logical function begins_at(element, mesh_node)
+         integer, intent(in) :: element, mesh_node !! of a node of the deck, see find_node
+         begins_at = present(touches_in)
+         if (begins_at) begins_at = touches_in > 0
+         if (begins_at) begins_at = element == touches_in .or. any(problem%model%mesh%node(:, touches_in) == mesh_node)
+      end function begins_at
    end subroutine measure_spans
 
    !> Accepted tension [force, > 0] at a line contact's node on a support that fixes the rotation (a symmetry plane). Tension
