@@ -99,8 +99,8 @@ contains
             call deck_contact_gaps(problem, state, c, gaps, place)
             do i = 1, size(node)
                call find_node(problem, state, node(i), mesh_node, e, tau)
-               ! Where a contact span begins, the gap of its node on the mesh with this contact is used. It is more accurate than the
-               ! polynomial of the element, and than the nodes of the element if that mesh is finer.
+               ! Where a contact span begins, the gap of its node on the mesh with this contact is used. It is more accurate than
+               ! the polynomial of the element, and than the nodes of the element if that mesh is finer.
                if (begins_at(e, mesh_node)) cycle
                ! The interpolation error is needed only if the penetration would be the worst without it.
                if (-gaps(i) / problem%size <= accuracy%worst(check_penetration)%value) cycle
