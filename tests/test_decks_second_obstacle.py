@@ -121,3 +121,50 @@ def test_two_forces_lift_at_once(place, method):
         exact = WEIGHT * a**4 / (share * EI)
         dr.assert_close(rise, exact, relative=max((exact / a)**2, 1e-6))
         assert math.isclose(raised(exact, share), a)
+
+
+LEANING = """*HEADING
+Column beside a wall, with a stop in the middle
+*NODE
+1, 0, 0
+2, 0.5, 0
+3, 1, 0
+*LINE, ELSET=B, NSET=B
+1, 2{elements}
+2, 3{elements}
+*IMPERFECTION, ELSET=B, SHAPE=SINE
+-0.0005, 1
+0.00015, 2
+*BEAM SECTION, ELSET=B, SECTION=STIFFNESS
+1e6, 1
+*BOUNDARY
+1, ENCASTRE
+*OBSTACLE, NAME=TOP, TYPE=LINE
+1.5, 0.05, -0.5, 0.05
+*CONTACT, OBSTACLE=TOP, NSET=B
+*GAP, NAME=STOP, DIRECTION=-90
+2, 0.0175
+*MONITOR, NAME=short
+3, U1, -1
+*STEP
+*ACCURACY, {accuracy}
+*STATIC
+{first!r}
+*CLOAD
+3, 1, -2.46740110027
+*STOP
+LOAD, ABOVE, 8
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("first", [0.037, 0.05, 0.02])
+def test_wall_that_is_met_before_a_stop(first):
+    """The tip meets the wall at 0.9934 of Euler's load and would have the middle meet its stop at 0.9950, both in one increment, behind
+    which neither seems to have been met. Whatever the increments and the mesh, only the wall is."""
+    run = dr.run_deck(LEANING.format(first=first, elements="", accuracy="TOLERANCE=1E-6"))
+    given = dr.run_deck(LEANING.format(first=0.01, elements=", 8", accuracy="WIDEST=1"))
+    for one in (run, given):
+        assert [c.label for c in one.results.critical] == ["C+", "EP"]
+    touched, fine = run.only("C+"), given.only("C+")
+    assert abs(touched.load_factor - fine.load_factor) <= touched.error + fine.error + 1e-8

@@ -24,6 +24,7 @@ module corner_turning
    use node_contact_functional, only: reaction_rate, gap_rate
    use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    use contact_labels, only: contact_label
+   use span_tests, only: spans_hold
    implicit none
    private
    public :: turn_corner
@@ -143,8 +144,9 @@ contains
          if (found) exit
          call take_value(bracket, fraction, after(first))
       end do
-      ! The corner is valid only if no other gap or reaction has changed its sign before it.
+      ! The corner is valid only if no other gap or reaction has changed its sign before it, and no contact along the rods.
       if (found) found = all(after >= -1.0e-6_wp .or. before < 0.0_wp)
+      if (found .and. problem%has_spans()) found = spans_hold(problem, place%state, place%system%force_scale)
       if (.not. found) return
       do k = 1, size(after)
          ! Further candidates whose gap or reaction changes its sign at the same corner.
