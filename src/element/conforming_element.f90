@@ -33,14 +33,39 @@ module conforming_element
    use rod_load, only: ge_load_t, line_at_stage, line_at
    use rod_compliance, only: ge_stiffness_t
    use inner_forces, only: inner_forces_t
-   use obstacle_track, only: track_t, track_at, track_between
+   use obstacle_track, only: track_t, track_at, track_between, track_ahead
    implicit none
    private
-   public :: conforming_size, conforming_columns, conforming_evaluate, conforming_output_t, new_output, output_at, &
-      & conforming_resultants
+   public :: conforming_data_t, conforming_equations_t, conforming_size, conforming_evaluate, conforming_output_t, new_output, &
+      & output_at, conforming_resultants
 
    integer, parameter :: conforming_columns = 4 !! number of columns of the update operator: sigma at both ends, residual, load
    !! factor
+
+   !> The element in one state: all data on which its equations depend, apart from the Gauss tableau, the obstacle and the forces of
+   !> foundations.
+   type :: conforming_data_t
+      real(wp) :: length = 1.0_wp           !! stress-free length h
+      real(wp) :: sense = 1.0_wp            !! o: 1: the rod has the direction of the track; -1: the opposite direction
+      real(wp) :: bend(max_stages) = 0.0_wp !! stress-free curvature at the stages
+      real(wp) :: offset = 0.0_wp           !! distance of the rod's axis from the surface, towards the free side
+      type(track_t) :: first, last          !! track at both ends
+      type(ge_stiffness_t) :: compliance    !! axial and bending (> 0) compliance; no shear
+      type(ge_load_t) :: load
+      real(wp) :: z(1 + 2 * max_stages) = 0.0_wp !! (conforming_size) stored unknowns; entries behind the last one are zero
+   end type conforming_data_t
+
+   !> Linearised equations of an element, its own unknowns eliminated.
+   type :: conforming_equations_t
+      real(wp) :: f(2) = 0.0_wp             !! condensed end forces: internal residuals eliminated
+      real(wp) :: raw(2) = 0.0_wp           !! end forces from the stored unknowns, without rounding errors multiplied by EA
+      real(wp) :: k(2, 2) = 0.0_wp          !! condensed tangent, symmetric
+      real(wp) :: fl(2) = 0.0_wp            !! minus the derivative of f by the load factor
+      real(wp) :: op(1 + 2 * max_stages, conforming_columns) = 0.0_wp !! (conforming_size, conforming_columns) update operator of
+      !! the stored unknowns
+      real(wp) :: defect(2) = 0.0_wp        !! largest residual of the internal equations: for P [force], for sigma [length]
+      logical :: ok = .true. !! false: the internal system is singular or 1 + e <= 0; the other results are then undefined
+   end type conforming_equations_t
 
    !> Cross section of the rod at one point of the track.
    type :: section_t
@@ -60,16 +85,10 @@ module conforming_element
       !! stages
    end type tangential_force_t
 
-   !> Data of an element for the computation of points inside it: the polynomials of sigma and P, and the cross section.
+   !> Data of an element for the computation of points inside it: the polynomials of sigma and P.
    type :: conforming_output_t
-      private
-      real(wp) :: sense = 1.0_wp, offset = 0.0_wp !! direction of the rod along the track, distance from the surface: see
-      !! conforming_evaluate
-      real(wp) :: length = 1.0_wp           !! stress-free length h
-      type(ge_stiffness_t) :: compliance
-      type(ge_load_t) :: load
+      type(conforming_data_t) :: element
       type(track_t) :: near                 !! a point on the element's piece of the track
-      real(wp) :: sigma = 0.0_wp, p = 0.0_wp !! sigma and P at the first end
       real(wp) :: run(max_stages) = 0.0_wp, pull(max_stages) = 0.0_wp !! sigma' and P' at the stages, times the element's length
       real(wp) :: miss = 0.0_wp             !! P at the second end minus the value of its polynomial of degree s there
    end type conforming_output_t
@@ -91,168 +110,167 @@ contains
    !> equilibrium the sum over elements minus the node loads vanishes. With the increments ds of sigma at both ends and dl of the
    !> load factor,
    !>   f + k ds - fl dl   are the end forces after one Newton step,   z + op (ds, 1, dl)   the stored unknowns.
-   subroutine conforming_evaluate(tab, h, sense, bend, obstacle, offset, first, last, ahead, compliance, load, z, inner, f, raw, &
-      & k, fl, op, defect, ok)
+   subroutine conforming_evaluate(tab, obstacle, element, inner, new)
       type(tableau_t), intent(in) :: tab
-      real(wp), intent(in) :: h                !! stress-free length
-      real(wp), intent(in) :: sense            !! o: 1: the rod has the direction of the track; -1: the opposite direction
-      real(wp), intent(in) :: bend(:)          !! (stages) stress-free curvature at the stages
       type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: offset           !! distance of the rod's axis from the surface, towards the free side
-      type(track_t), intent(in) :: first, last !! track at both ends
-      real(wp), intent(in) :: ahead            !! track_ahead(first, last): o times the deformed length
-      type(ge_stiffness_t), intent(in) :: compliance !! axial and bending (> 0) compliance; no shear
-      type(ge_load_t), intent(in) :: load
-      real(wp), intent(in) :: z(:)             !! (conforming_size) stored unknowns
+      type(conforming_data_t), intent(in) :: element
       type(inner_forces_t), intent(in) :: inner !! forces of foundations
-      real(wp), intent(out) :: f(2)            !! condensed end forces: internal residuals eliminated
-      real(wp), intent(out) :: raw(2)          !! end forces from the stored unknowns, without rounding errors multiplied by EA
-      real(wp), intent(out) :: k(2, 2)         !! condensed tangent, symmetric
-      real(wp), intent(out) :: fl(2)           !! minus the derivative of f by the load factor
-      real(wp), intent(out) :: op(:, :)        !! (conforming_size, conforming_columns) update operator of z
-      real(wp), intent(out) :: defect(2)       !! largest residual of the internal equations: for P [force], for sigma [length]
-      logical, intent(out) :: ok !! false: the internal system is singular or 1 + e <= 0; the other results are then undefined
+      type(conforming_equations_t), intent(out) :: new
       type(section_t) :: section(max_stages)
-      type(track_t) :: near
       type(tangential_force_t) :: hold(inner%n)
-      real(wp) :: system(2 * max_stages, 2 * max_stages), rhs(n_by, 2 * max_stages), weight(2 * max_stages) ! columns are equations,
-      ! see solve_small
-      real(wp) :: dend(n_by), dtail(n_by), dsigma(n_by), dp(n_by), ends(conforming_columns)
-      real(wp) :: residual_sigma, residual_p, end_defect, tail, line(2), line_rate(2), share
+      real(wp) :: rhs(n_by, 2 * max_stages) ! increments of sigma and P at the stages as linear functions of the columns
+      real(wp) :: dend(n_by), dtail(n_by), end_defect, tail, h, sense
       logical :: singular
-      integer :: i, j, q, s
+      integer :: s
       s = tab%stages
-      near = track_between(obstacle, offset, first, last)
-      do i = 1, s
-         call line_at_stage(load, i, line, line_rate)
-         section(i) = section_at(track_at(obstacle, offset, first%sigma + z(1 + s + i), near), sense, bend(i), compliance, &
-            & load, line, line_rate, z(1 + i))
-      end do
-      ok = all(section(:s)%stretch > 0.0_wp)
-      do q = 1, inner%n
-         hold(q) = tangential_force_at(track_at(obstacle, offset, first%sigma + sense * h * dot_product(inner%basis(:s, q), &
-            & section(:s)%stretch), near), sense, inner, q)
-         associate (part => h * inner%basis(:s, q))
-            hold(q)%by_stage(:s) = hold(q)%by_place * part * section(:s)%run_by_sigma
-            hold(q)%by_force(:s) = hold(q)%by_place * part * section(:s)%run_by_p
-            hold(q)%by_load = hold(q)%by_load + hold(q)%by_place * dot_product(part, section(:s)%run_by_load)
-         end associate
-      end do
+      h = element%length
+      sense = element%sense
+      call evaluate_sections()
+      call solve_stages()
+      call go_to_second_end()
+      ! The position of the second end determines the increment of P at the first end.
+      new%ok = all(section(:s)%stretch > 0.0_wp) .and. .not. singular .and. abs(dend(by_p)) > 0.0_wp
+      if (new%ok) call condense()
 
-      ! Linearised equations at the stages, first those of sigma, then those of P.
-      defect = 0.0_wp
-      system = 0.0_wp
-      rhs = 0.0_wp
-      do i = 1, s
-         system(i, i) = 1.0_wp
-         system(s + i, s + i) = 1.0_wp
-         rhs(by_p, s + i) = 1.0_wp
-         residual_sigma = z(1 + s + i)
-         residual_p = z(1 + i) - z(1)
-         do j = 1, s
-            associate (at => section(j), w => h * tab%a(i, j))
-               residual_sigma = residual_sigma - w * (sense * at%stretch)
-               residual_p = residual_p - w * at%pull
-               system(j, i) = system(j, i) - w * at%run_by_sigma
-               system(s + j, i) = -w * at%run_by_p
-               system(j, s + i) = -w * at%pull_by_sigma
-               system(s + j, s + i) = system(s + j, s + i) + w * at%run_by_sigma
-               rhs(by_sigma, i) = rhs(by_sigma, i) + w * at%run_by_sigma
-               rhs(by_sigma, s + i) = rhs(by_sigma, s + i) + w * at%pull_by_sigma
-               rhs(by_load, i) = rhs(by_load, i) + w * at%run_by_load
-               rhs(by_load, s + i) = rhs(by_load, s + i) + w * at%pull_by_load
+   contains
+
+      !> Cross sections at the stages, and the forces of foundations, with their derivatives.
+      subroutine evaluate_sections()
+         type(track_t) :: near
+         real(wp) :: line(2), line_rate(2)
+         integer :: i, q
+         near = track_between(obstacle, element%offset, element%first, element%last)
+         do i = 1, s
+            call line_at_stage(element%load, i, line, line_rate)
+            section(i) = section_at(element, track_beyond(element, obstacle, near, element%z(1 + s + i)), element%bend(i), line, &
+               & line_rate, element%z(1 + i))
+         end do
+         do q = 1, inner%n
+            hold(q) = tangential_force_at(track_beyond(element, obstacle, near, sense * h * dot_product(inner%basis(:s, q), &
+               & section(:s)%stretch)), sense, inner, q)
+            associate (part => h * inner%basis(:s, q))
+               hold(q)%by_stage(:s) = hold(q)%by_place * part * section(:s)%run_by_sigma
+               hold(q)%by_force(:s) = hold(q)%by_place * part * section(:s)%run_by_p
+               hold(q)%by_load = hold(q)%by_load + hold(q)%by_place * dot_product(part, section(:s)%run_by_load)
+            end associate
+         end do
+      end subroutine evaluate_sections
+
+      !> Solves the linearised equations at the stages, first those of sigma, then those of P.
+      subroutine solve_stages()
+         real(wp) :: system(2 * max_stages, 2 * max_stages), weight(2 * max_stages) ! columns are equations, see solve_small
+         real(wp) :: residual_sigma, residual_p, share
+         integer :: i, j, q
+         system = 0.0_wp
+         rhs = 0.0_wp
+         do i = 1, s
+            system(i, i) = 1.0_wp
+            system(s + i, s + i) = 1.0_wp
+            rhs(by_p, s + i) = 1.0_wp
+            residual_sigma = element%z(1 + s + i)
+            residual_p = element%z(1 + i) - element%z(1)
+            do j = 1, s
+               associate (at => section(j), w => h * tab%a(i, j))
+                  residual_sigma = residual_sigma - w * (sense * at%stretch)
+                  residual_p = residual_p - w * at%pull
+                  system(j, i) = system(j, i) - w * at%run_by_sigma
+                  system(s + j, i) = -w * at%run_by_p
+                  system(j, s + i) = -w * at%pull_by_sigma
+                  system(s + j, s + i) = system(s + j, s + i) + w * at%run_by_sigma
+                  rhs(by_sigma, i) = rhs(by_sigma, i) + w * at%run_by_sigma
+                  rhs(by_sigma, s + i) = rhs(by_sigma, s + i) + w * at%pull_by_sigma
+                  rhs(by_load, i) = rhs(by_load, i) + w * at%run_by_load
+                  rhs(by_load, s + i) = rhs(by_load, s + i) + w * at%pull_by_load
+               end associate
+            end do
+            do q = 1, inner%n
+               share = h * inner%weight(q) * (1.0_wp - inner%basis(i, q) / tab%b(i))
+               residual_p = residual_p + share * hold(q)%force
+               system(:s, s + i) = system(:s, s + i) + share * hold(q)%by_stage(:s)
+               system(s + 1:2 * s, s + i) = system(s + 1:2 * s, s + i) + share * hold(q)%by_force(:s)
+               rhs(by_sigma, s + i) = rhs(by_sigma, s + i) - share * (hold(q)%by_place + sum(hold(q)%by_stage(:s)))
+               rhs(by_load, s + i) = rhs(by_load, s + i) - share * hold(q)%by_load
+            end do
+            rhs(by_residual, i) = -residual_sigma
+            rhs(by_residual, s + i) = -residual_p
+            new%defect(1) = max(new%defect(1), abs(residual_p))
+            new%defect(2) = max(new%defect(2), abs(residual_sigma))
+         end do
+         ! Weight of force equations relative to length equations: the flexibility of the element.
+         weight(:s) = 1.0_wp
+         weight(s + 1:) = abs(h) * element%compliance%axial + abs(h)**3 * element%compliance%bending
+         call solve_small(2 * s, system, rhs, singular, weight)
+      end subroutine solve_stages
+
+      !> Increments of sigma (dend) and P (dtail) at the second end, minus their increments at the first end, as linear functions of
+      !> the columns: increment of sigma at the first end, increment of P at the first end, 1, increment of the load factor.
+      subroutine go_to_second_end()
+         real(wp) :: dsigma(n_by), dp(n_by), share
+         integer :: i, q
+         dend = 0.0_wp
+         dtail = 0.0_wp
+         dtail(by_p) = 1.0_wp
+         end_defect = track_ahead(obstacle, element%offset, element%first, element%last)
+         tail = element%z(1)
+         do i = 1, s
+            associate (at => section(i), w => h * tab%b(i))
+               end_defect = end_defect - w * (sense * at%stretch)
+               tail = tail + w * at%pull
+               dsigma = rhs(:, i)
+               dsigma(by_sigma) = dsigma(by_sigma) + 1.0_wp
+               dp = rhs(:, s + i)
+               dend = dend + w * (at%run_by_sigma * dsigma + at%run_by_p * dp)
+               dtail = dtail + w * (at%pull_by_sigma * dsigma - at%run_by_sigma * dp)
+               dend(by_load) = dend(by_load) + w * at%run_by_load
+               dtail(by_load) = dtail(by_load) + w * at%pull_by_load
             end associate
          end do
          do q = 1, inner%n
-            share = h * inner%weight(q) * (1.0_wp - inner%basis(i, q) / tab%b(i))
-            residual_p = residual_p + share * hold(q)%force
-            system(:s, s + i) = system(:s, s + i) + share * hold(q)%by_stage(:s)
-            system(s + 1:2 * s, s + i) = system(s + 1:2 * s, s + i) + share * hold(q)%by_force(:s)
-            rhs(by_sigma, s + i) = rhs(by_sigma, s + i) - share * (hold(q)%by_place + sum(hold(q)%by_stage(:s)))
-            rhs(by_load, s + i) = rhs(by_load, s + i) - share * hold(q)%by_load
+            share = h * inner%weight(q)
+            tail = tail - share * hold(q)%force
+            dtail = dtail - share * (matmul(rhs(:, :s), hold(q)%by_stage(:s)) + matmul(rhs(:, s + 1:2 * s), hold(q)%by_force(:s)))
+            dtail(by_sigma) = dtail(by_sigma) - share * (hold(q)%by_place + sum(hold(q)%by_stage(:s)))
+            dtail(by_load) = dtail(by_load) - share * hold(q)%by_load
          end do
-         rhs(by_residual, i) = -residual_sigma
-         rhs(by_residual, s + i) = -residual_p
-         defect(1) = max(defect(1), abs(residual_p))
-         defect(2) = max(defect(2), abs(residual_sigma))
-      end do
-      ! Weight of force equations relative to length equations: the flexibility of the element.
-      weight(:s) = 1.0_wp
-      weight(s + 1:) = abs(h) * compliance%axial + abs(h)**3 * compliance%bending
-      call solve_small(2 * s, system, rhs, singular, weight)
+         new%defect(2) = max(new%defect(2), abs(end_defect))
+         ! The artificial extension acts at the second end only; the tangent is that of two elements in series, and symmetric.
+         dend = dend + (sense * h * element%compliance%give) * dtail
+      end subroutine go_to_second_end
 
-      ! Increments of sigma (dend) and P (dtail) at the second end, minus their increments at the first end, as linear functions of
-      ! the columns: increment of sigma at the first end, increment of P at the first end, 1, increment of the load factor.
-      dend = 0.0_wp
-      dtail = 0.0_wp
-      dtail(by_p) = 1.0_wp
-      end_defect = ahead
-      tail = z(1)
-      do i = 1, s
-         associate (at => section(i), w => h * tab%b(i))
-            end_defect = end_defect - w * (sense * at%stretch)
-            tail = tail + w * at%pull
-            dsigma = rhs(:, i)
-            dsigma(by_sigma) = dsigma(by_sigma) + 1.0_wp
-            dp = rhs(:, s + i)
-            dend = dend + w * (at%run_by_sigma * dsigma + at%run_by_p * dp)
-            dtail = dtail + w * (at%pull_by_sigma * dsigma - at%run_by_sigma * dp)
-            dend(by_load) = dend(by_load) + w * at%run_by_load
-            dtail(by_load) = dtail(by_load) + w * at%pull_by_load
-         end associate
-      end do
-      do q = 1, inner%n
-         share = h * inner%weight(q)
-         tail = tail - share * hold(q)%force
-         dtail = dtail - share * (matmul(rhs(:, :s), hold(q)%by_stage(:s)) + matmul(rhs(:, s + 1:2 * s), hold(q)%by_force(:s)))
-         dtail(by_sigma) = dtail(by_sigma) - share * (hold(q)%by_place + sum(hold(q)%by_stage(:s)))
-         dtail(by_load) = dtail(by_load) - share * hold(q)%by_load
-      end do
-      defect(2) = max(defect(2), abs(end_defect))
-      ! The artificial extension acts at the second end only; the tangent is that of two elements in series, and symmetric.
-      dend = dend + (sense * h * compliance%give) * dtail
+      !> Computes end forces, tangent and the update operator from the increments at the first end.
+      subroutine condense()
+         real(wp) :: ends(conforming_columns)
+         integer :: j
+         ends = [-1.0_wp - dend(by_sigma), 1.0_wp, end_defect - dend(by_residual), -dend(by_load)] / dend(by_p)
+         new%op(1, :) = ends
+         do j = 1, conforming_columns
+            new%op(2:1 + s, j) = rhs(by_p, s + 1:2 * s) * ends(j)
+            new%op(2 + s:1 + 2 * s, j) = rhs(by_p, :s) * ends(j)
+         end do
+         new%op(2:1 + s, 1) = new%op(2:1 + s, 1) + rhs(by_sigma, s + 1:2 * s)
+         new%op(2 + s:1 + 2 * s, 1) = new%op(2 + s:1 + 2 * s, 1) + rhs(by_sigma, :s)
+         new%op(2:1 + s, 3:4) = new%op(2:1 + s, 3:4) + transpose(rhs(by_residual:by_load, s + 1:2 * s))
+         new%op(2 + s:1 + 2 * s, 3:4) = new%op(2 + s:1 + 2 * s, 3:4) + transpose(rhs(by_residual:by_load, :s))
 
-      ! Condensation: the position of the second end determines the increment of P at the first end.
-      ok = ok .and. .not. singular .and. abs(dend(by_p)) > 0.0_wp
-      if (.not. ok) then
-         f = 0.0_wp; raw = 0.0_wp; k = 0.0_wp; fl = 0.0_wp; op = 0.0_wp
-         return
-      end if
-      ends = [-1.0_wp - dend(by_sigma), 1.0_wp, end_defect - dend(by_residual), -dend(by_load)] / dend(by_p)
-      op(1, :) = ends
-      do j = 1, conforming_columns
-         op(2:1 + s, j) = rhs(by_p, s + 1:2 * s) * ends(j)
-         op(2 + s:1 + 2 * s, j) = rhs(by_p, :s) * ends(j)
-      end do
-      op(2:1 + s, 1) = op(2:1 + s, 1) + rhs(by_sigma, s + 1:2 * s)
-      op(2 + s:1 + 2 * s, 1) = op(2 + s:1 + 2 * s, 1) + rhs(by_sigma, :s)
-      op(2:1 + s, 3:4) = op(2:1 + s, 3:4) + transpose(rhs(by_residual:by_load, s + 1:2 * s))
-      op(2 + s:1 + 2 * s, 3:4) = op(2 + s:1 + 2 * s, 3:4) + transpose(rhs(by_residual:by_load, :s))
-
-      k(1, :) = -sense * ends(1:2)
-      k(2, :) = sense * (dtail(by_p) * ends(1:2))
-      k(2, 1) = k(2, 1) + sense * dtail(by_sigma)
-      raw = sense * [-z(1), tail]
-      f(1) = -sense * (z(1) + ends(3))
-      f(2) = sense * (tail + dtail(by_p) * ends(3) + dtail(by_residual))
-      fl(1) = sense * ends(4)
-      fl(2) = -sense * (dtail(by_p) * ends(4) + dtail(by_load))
+         new%k(1, :) = -sense * ends(1:2)
+         new%k(2, :) = sense * (dtail(by_p) * ends(1:2))
+         new%k(2, 1) = new%k(2, 1) + sense * dtail(by_sigma)
+         new%raw = sense * [-element%z(1), tail]
+         new%f(1) = -sense * (element%z(1) + ends(3))
+         new%f(2) = sense * (tail + dtail(by_p) * ends(3) + dtail(by_residual))
+         new%fl(1) = sense * ends(4)
+         new%fl(2) = -sense * (dtail(by_p) * ends(4) + dtail(by_load))
+      end subroutine condense
    end subroutine conforming_evaluate
 
    !> Data for points inside an element, from the arguments of conforming_evaluate. The sum of loads does not contain the force of a
    !> foundation: on a foundation P is the polynomial through the stored values and, if the foundation's forces are given, the value
    !> at the second end.
-   pure type(conforming_output_t) function new_output(tab, h, sense, bend, obstacle, offset, first, last, compliance, load, z, &
-      & founded, inner) result(output)
+   pure type(conforming_output_t) function new_output(tab, obstacle, element, stages, founded, inner) result(output)
       type(tableau_t), intent(in) :: tab
-      real(wp), intent(in) :: h, sense
-      real(wp), intent(in) :: bend(:)          !! (stages) stress-free curvature
       type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: offset
-      type(track_t), intent(in) :: first, last
-      type(ge_stiffness_t), intent(in) :: compliance
-      type(ge_load_t), intent(in) :: load
-      real(wp), intent(in) :: z(:)
+      type(conforming_data_t), intent(in) :: element
+      integer, intent(in) :: stages            !! number of stages; 0 if only the first end is of interest, without a foundation
       logical, intent(in) :: founded           !! true: a foundation acts along the element
       type(inner_forces_t), intent(in), optional :: inner
       type(section_t) :: at
@@ -260,36 +278,32 @@ contains
       real(wp) :: line(2), line_rate(2), rise(1, max_stages), system(max_stages, max_stages)
       logical :: singular
       integer :: i, q, s
-      s = size(bend)
-      output%sense = sense
-      output%length = h
-      output%offset = offset
-      output%compliance = compliance
-      output%load = load
-      output%near = track_between(obstacle, offset, first, last)
-      output%sigma = first%sigma
-      output%p = z(1)
-      do i = 1, s
-         call line_at_stage(load, i, line, line_rate)
-         at = section_at(track_at(obstacle, offset, first%sigma + z(1 + s + i), output%near), sense, bend(i), compliance, load, &
-            & line, line_rate, z(1 + i))
-         output%run(i) = h * (sense * at%stretch)
-         output%pull(i) = h * at%pull
-      end do
-      if (.not. founded) return
-      if (present(inner)) then
-         output%miss = dot_product(tab%b(:s), output%pull(:s))
-         do q = 1, inner%n
-            hold = tangential_force_at(track_at(obstacle, offset, first%sigma + dot_product(inner%basis(:s, q), output%run(:s)), &
-               & output%near), sense, inner, q)
-            output%miss = output%miss - h * inner%weight(q) * hold%force
+      s = stages
+      output%element = element
+      output%near = track_between(obstacle, element%offset, element%first, element%last)
+      associate (h => element%length, sense => element%sense, z => element%z)
+         do i = 1, s
+            call line_at_stage(element%load, i, line, line_rate)
+            at = section_at(element, track_beyond(element, obstacle, output%near, z(1 + s + i)), element%bend(i), line, line_rate, &
+               & z(1 + i))
+            output%run(i) = h * (sense * at%stretch)
+            output%pull(i) = h * at%pull
          end do
-      end if
-      rise(1, :s) = z(2:1 + s) - z(1)
-      system = transpose(tab%a)
-      call solve_small(s, system, rise, singular)
-      output%pull(:s) = rise(1, :s)
-      if (present(inner)) output%miss = output%miss - dot_product(tab%b(:s), output%pull(:s))
+         if (.not. founded) return
+         if (present(inner)) then
+            output%miss = dot_product(tab%b(:s), output%pull(:s))
+            do q = 1, inner%n
+               hold = tangential_force_at(track_beyond(element, obstacle, output%near, dot_product(inner%basis(:s, q), &
+                  & output%run(:s))), sense, inner, q)
+               output%miss = output%miss - h * inner%weight(q) * hold%force
+            end do
+         end if
+         rise(1, :s) = z(2:1 + s) - z(1)
+         system = transpose(tab%a)
+         call solve_small(s, system, rise, singular)
+         output%pull(:s) = rise(1, :s)
+         if (present(inner)) output%miss = output%miss - dot_product(tab%b(:s), output%pull(:s))
+      end associate
    end function new_output
 
    !> Track and force P at a place in an element.
@@ -302,8 +316,8 @@ contains
       real(wp), intent(out) :: p !! force P at the point
       real(wp) :: basis(max_stages)
       call stage_basis(tab, tau, basis)
-      here = track_at(obstacle, output%offset, output%sigma + dot_product(basis(:tab%stages), output%run(:tab%stages)), output%near)
-      p = output%p + dot_product(basis(:tab%stages), output%pull(:tab%stages))
+      here = track_beyond(output%element, obstacle, output%near, dot_product(basis(:tab%stages), output%run(:tab%stages)))
+      p = output%element%z(1) + dot_product(basis(:tab%stages), output%pull(:tab%stages))
       if (abs(output%miss) > 0.0_wp) &
          & p = p + output%miss * tau * product((tau - tab%c(:tab%stages)) / (1.0_wp - tab%c(:tab%stages)))
    end subroutine output_at
@@ -327,11 +341,12 @@ contains
       type(section_t) :: at
       real(wp) :: p, ei, d, along, across, n1, m1, m2, stretch1, k1, k2, q1, normal(2), line(2), line_slope(2)
       call output_at(output, tab, obstacle, tau, here, p)
-      associate (sense => output%sense, compliance => output%compliance, load => output%load)
+      associate (element => output%element, sense => output%element%sense, compliance => output%element%compliance, &
+         & load => output%element%load)
          call line_at(tab, load, tau, line, line_slope)
-         line_slope = line_slope / output%length + ground(:, 1)
+         line_slope = line_slope / element%length + ground(:, 1)
          line = line + ground(:, 0)
-         at = section_at(here, sense, k0(0), compliance, load, line, line_slope, p)
+         at = section_at(element, here, k0(0), line, line_slope, p)
          ! The Newton iterate may have compressed the rod to a point.
          at%stretch = sign(max(abs(at%stretch), epsilon(q)), at%stretch)
          n = at%n
@@ -359,6 +374,15 @@ contains
       end associate
    end subroutine conforming_resultants
 
+   !> The track at a distance from the first end of an element.
+   pure type(track_t) function track_beyond(element, obstacle, near, way) result(here)
+      type(conforming_data_t), intent(in) :: element
+      type(obstacle_t), intent(in) :: obstacle
+      type(track_t), intent(in) :: near        !! a point on the element's piece of the track
+      real(wp), intent(in) :: way              !! sigma at the point minus sigma at the first end
+      here = track_at(obstacle, element%offset, element%first%sigma + way, near)
+   end function track_beyond
+
    !> Force of a foundation along the rod at a quadrature point, whose place on the track is `at`.
    pure type(tangential_force_t) function tangential_force_at(at, sense, inner, q) result(hold)
       type(track_t), intent(in) :: at
@@ -374,37 +398,37 @@ contains
    end function tangential_force_at
 
    !> N, M and the right-hand sides of sigma' and P' with their derivatives, at the point `at` of the track for a given P.
-   pure type(section_t) function section_at(at, sense, bend, compliance, load, line, line_rate, p) result(section)
+   pure type(section_t) function section_at(element, at, bend, line, line_rate, p) result(section)
+      type(conforming_data_t), intent(in) :: element
       type(track_t), intent(in) :: at
-      real(wp), intent(in) :: sense
       real(wp), intent(in) :: bend             !! stress-free curvature
-      type(ge_stiffness_t), intent(in) :: compliance
-      type(ge_load_t), intent(in) :: load
       real(wp), intent(in) :: line(2), line_rate(2) !! dead load at the point by stress-free length; its derivative by the load
       !! factor
       real(wp), intent(in) :: p
       real(wp) :: ei, d, k, unstretched, n_by_sigma, m_by_sigma, n_by_load, m_by_load, stretch_by_load
-      ei = 1.0_wp / compliance%bending
-      k = sense * at%curvature
-      d = 1.0_wp + ei * k**2 * compliance%axial
-      unstretched = k * (1.0_wp + load%strain) - bend - load%curvature
-      section%n = (p - k * ei * unstretched) / d
-      section%stretch = 1.0_wp + load%strain + section%n * compliance%axial
-      section%m = ei * (unstretched + k * section%n * compliance%axial)
-      section%pull = at%curvature_rate * section%stretch * section%m - sense * dot_product(line, at%tangent)
+      associate (sense => element%sense, compliance => element%compliance, load => element%load)
+         ei = 1.0_wp / compliance%bending
+         k = sense * at%curvature
+         d = 1.0_wp + ei * k**2 * compliance%axial
+         unstretched = k * (1.0_wp + load%strain) - bend - load%curvature
+         section%n = (p - k * ei * unstretched) / d
+         section%stretch = 1.0_wp + load%strain + section%n * compliance%axial
+         section%m = ei * (unstretched + k * section%n * compliance%axial)
+         section%pull = at%curvature_rate * section%stretch * section%m - sense * dot_product(line, at%tangent)
 
-      section%run_by_p = sense * compliance%axial / d
-      n_by_sigma = -sense * at%curvature_rate * (section%m + ei * k * section%stretch) / d
-      m_by_sigma = ei * (sense * at%curvature_rate * section%stretch + k * compliance%axial * n_by_sigma)
-      section%run_by_sigma = sense * compliance%axial * n_by_sigma
-      section%pull_by_sigma = at%curvature_second * section%stretch * section%m + &
-         & at%curvature_rate * (compliance%axial * n_by_sigma * section%m + section%stretch * m_by_sigma) - &
-         & k * dot_product(line, [-at%tangent(2), at%tangent(1)])
-      n_by_load = -k * ei * (k * load%strain_rate - load%curvature_rate) / d
-      stretch_by_load = compliance%axial * n_by_load + load%strain_rate
-      m_by_load = ei * (k * stretch_by_load - load%curvature_rate)
-      section%run_by_load = sense * stretch_by_load
-      section%pull_by_load = at%curvature_rate * (stretch_by_load * section%m + section%stretch * m_by_load) - &
-         & sense * dot_product(line_rate, at%tangent)
+         section%run_by_p = sense * compliance%axial / d
+         n_by_sigma = -sense * at%curvature_rate * (section%m + ei * k * section%stretch) / d
+         m_by_sigma = ei * (sense * at%curvature_rate * section%stretch + k * compliance%axial * n_by_sigma)
+         section%run_by_sigma = sense * compliance%axial * n_by_sigma
+         section%pull_by_sigma = at%curvature_second * section%stretch * section%m + &
+            & at%curvature_rate * (compliance%axial * n_by_sigma * section%m + section%stretch * m_by_sigma) - &
+            & k * dot_product(line, [-at%tangent(2), at%tangent(1)])
+         n_by_load = -k * ei * (k * load%strain_rate - load%curvature_rate) / d
+         stretch_by_load = compliance%axial * n_by_load + load%strain_rate
+         m_by_load = ei * (k * stretch_by_load - load%curvature_rate)
+         section%run_by_load = sense * stretch_by_load
+         section%pull_by_load = at%curvature_rate * (stretch_by_load * section%m + section%stretch * m_by_load) - &
+            & sense * dot_product(line_rate, at%tangent)
+      end associate
    end function section_at
 end module conforming_element

@@ -8,21 +8,20 @@ module conforming_span
    use problem, only: problem_t
    use rod_state, only: state_t, element_load, pose_of, candidate_offset, closing_rate
    use reference_curve, only: curve_bend, curve_scale
-   use gauss_tableau, only: max_stages, stage_basis
-   use small_dense, only: solve_small
+   use gauss_tableau, only: max_stages
    use obstacle_pose, only: pose_t
    use obstacle_track, only: track_t, track_ahead
    use rod_load, only: ge_load_t, largest_line
    use ge_element, only: ge_columns
    use inner_forces, only: inner_forces_t
    use ground_density, only: foundation_density, home_at
-   use conforming_element, only: conforming_evaluate, conforming_output_t, new_output, output_at, conforming_resultants, &
-      & conforming_size
+   use conforming_element, only: conforming_data_t, conforming_equations_t, conforming_evaluate, conforming_output_t, new_output, &
+      & output_at, conforming_resultants, conforming_size
    use track_nodes, only: node_track, foot, track_sense, bend_at
    implicit none
    private
-   public :: evaluate_conforming, conforming_state_t, conforming_forces, conforming_displacement, conforming_change, &
-      & conforming_resultant, conforming_track, track_below, conforming_guess, density_samples, smooth_parts
+   public :: evaluate_conforming, conforming_state_t, conforming_forces, conforming_displacement, conforming_resultant, &
+      & conforming_track, track_below, conforming_guess, density_samples, smooth_parts
 
    integer, parameter :: density_samples = 4 !! number of equal parts of a smooth part of an element (smooth_parts); the density of
    !! the contact force is sampled at their ends
@@ -31,7 +30,6 @@ module conforming_span
    type :: conforming_state_t
       private
       integer :: element = 0          !! index of the element; 0: undefined
-      real(wp) :: sense = 1.0_wp      !! 1: the rod has the direction of the track; -1: the opposite direction (track_sense)
       type(pose_t) :: pose            !! present position of the obstacle
       type(conforming_output_t) :: output
    end type conforming_state_t
@@ -53,22 +51,32 @@ contains
       end associate
    end function smooth_parts
 
-   !> Stress-free curvature at the stages of an element [1/length].
-   pure function stage_bends(problem, state, e, stages) result(bend)
+   !> A conforming element in a state, in the axes of its obstacle.
+   pure type(conforming_data_t) function conforming_at(problem, state, e, pose, stages, both_ends) result(element)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      integer, intent(in) :: stages                 !! number of stages: that of the element, or fewer for the first ones only
-      real(wp) :: bend(max_stages)                  !! 0 behind the last of these stages
-      integer :: i
-      bend = 0.0_wp
-      associate (c => problem%model%mesh%curve(e), g => state%geometry%element(e))
+      type(pose_t), intent(in) :: pose              !! present position of the obstacle
+      integer, intent(in) :: stages                 !! number of stages at which the stress-free curvature is needed
+      logical, intent(in) :: both_ends !! false: the track is needed at the first end only; the second end has the same
+      integer :: i, z
+      associate (first => problem%conforms(e), c => problem%model%mesh%curve(e), g => state%geometry%element(e))
+         element%length = g%length
+         element%first = node_track(problem, state, first)
+         element%last = element%first
+         if (both_ends) element%last = node_track(problem, state, problem%candidates%neighbour(2, first))
+         element%sense = track_sense(problem, state, first, element%first)
+         element%offset = -candidate_offset(problem, state, problem%candidates, first)
+         element%compliance = problem%compliance(e)
+         element%load = turned_load(pose, element_load(problem, state, e))
+         z = conforming_size(problem%model%mesh%stages(e))
+         element%z(:z) = state%z(:z, e)
          if (c == 0) return
          do i = 1, stages
-            call curve_bend(problem%model%curve(c), problem%model%imperfection, g%at(i), bend(i))
+            call curve_bend(problem%model%curve(c), problem%model%imperfection, g%at(i), element%bend(i))
          end do
       end associate
-   end function stage_bends
+   end function conforming_at
 
    !> Conforming element in the form that linear_system requires of every element: in global axes, with the displacements of both
    !> nodes as unknowns. A displacement of the obstacle has the effect of the opposite displacement of the nodes; a gap that closes
@@ -83,55 +91,42 @@ contains
       !! ge_evaluate
       real(wp), intent(out) :: defect(2)            !! largest residuals of the internal equations: force, position
       logical, intent(out) :: ok                    !! false: the element is singular, see conforming_evaluate
-      type(track_t) :: track(2), moved(2)
-      type(ge_load_t) :: load
-      type(pose_t) :: pose
-      real(wp) :: f2(2), raw2(2), k2(2, 2), fl2(2), op4(1 + 2 * max_stages, 4), t(2, 2), sense, offset, rate, along(2)
-      real(wp) :: f2b(2), raw2b(2), k2b(2, 2), fl2b(2), op4b(1 + 2 * max_stages, 4), defect_b(2), step, bend(max_stages)
-      real(wp) :: by_turn(1 + 2 * max_stages)
-      integer :: c(2), s, z, i, j, at
-      c(1) = problem%conforms(e)
-      c(2) = problem%candidates%neighbour(2, c(1))
-      s = problem%model%mesh%stages(e)
-      z = conforming_size(s)
-      pose = pose_of(problem, state, problem%candidates%obstacle(c(1)))
-      load = turned_load(pose, element_load(problem, state, e))
-      bend = stage_bends(problem, state, e, s)
-      do i = 1, 2
-         track(i) = node_track(problem, state, c(i))
-         t(:, i) = track(i)%tangent
-      end do
-      offset = -candidate_offset(problem, state, problem%candidates, c(1))
-      sense = track_sense(problem, state, c(1), track(1))
-      associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(c(1))), g => state%geometry%element(e), &
-         & motion => problem%model%step(problem%step)%load%motion(:, problem%candidates%obstacle(c(1))))
-         call conforming_evaluate(problem%tableau(s), g%length, sense, bend(:s), obstacle, offset, track(1), track(2), &
-            & track_ahead(obstacle, offset, track(1), track(2)), problem%compliance(e), load, state%z(:z, e), inner, f2, raw2, &
-            & k2, fl2, op4(:z, :), defect, ok)
+      type(conforming_data_t) :: element, other
+      type(conforming_equations_t) :: own, by_turn, beside
+      real(wp) :: t(2, 2), rate, along(2), step
+      integer :: c, o, z, i, j, at
+      c = problem%conforms(e)
+      o = problem%candidates%obstacle(c)
+      z = conforming_size(problem%model%mesh%stages(e))
+      element = conforming_at(problem, state, e, pose_of(problem, state, o), problem%model%mesh%stages(e), .true.)
+      t(:, 1) = element%first%tangent
+      t(:, 2) = element%last%tangent
+      associate (tab => problem%tableau(problem%model%mesh%stages(e)), obstacle => problem%model%obstacle(o), &
+         & motion => problem%model%step(problem%step)%load%motion(:, o))
+         call conforming_evaluate(tab, obstacle, element, inner, own)
+         defect = own%defect
+         ok = own%ok
          if (.not. ok) return
-         by_turn = 0.0_wp
-         if (problem%model%obstacle(problem%candidates%obstacle(c(1)))%carrier > 0 .and. any(largest_line(load) > 0.0_wp)) then
-            call conforming_evaluate(problem%tableau(s), g%length, sense, bend(:s), obstacle, offset, track(1), track(2), &
-               & track_ahead(obstacle, offset, track(1), track(2)), problem%compliance(e), turning_load(load), state%z(:z, e), &
-               & inner, f2b, raw2b, k2b, fl2b, op4b(:z, :), defect_b, ok)
-            by_turn(:z) = op4b(:z, 4)
+         if (obstacle%carrier > 0 .and. any(largest_line(element%load) > 0.0_wp)) then
+            other = element
+            other%load = turning_load(element%load)
+            call conforming_evaluate(tab, obstacle, other, inner, by_turn)
          end if
          along = [dot_product(t(:, 1), motion), dot_product(t(:, 2), motion)]
-         fl2 = fl2 + matmul(k2, along)
-         op4(:z, 4) = op4(:z, 4) - matmul(op4(:z, 1:2), along)
-         rate = closing_rate(problem, problem%candidates, c(1))
+         own%fl = own%fl + matmul(own%k, along)
+         own%op(:z, 4) = own%op(:z, 4) - matmul(own%op(:z, 1:2), along)
+         rate = closing_rate(problem, problem%candidates, c)
          if (abs(rate) > 0.0_wp) then
-            step = sqrt(epsilon(step)) * g%length
-            do i = 1, 2
-               moved(i) = foot(problem, state, problem%candidates%obstacle(c(1)), offset + step, &
-                  & track(i)%place + step * [-t(2, i), t(1, i)])
-            end do
-            call conforming_evaluate(problem%tableau(s), g%length, sense, bend(:s), obstacle, offset + step, moved(1), moved(2), &
-               & track_ahead(obstacle, offset + step, moved(1), moved(2)), problem%compliance(e), load, state%z(:z, e), inner, &
-               & f2b, raw2b, k2b, fl2b, op4b(:z, :), defect_b, ok)
+            step = sqrt(epsilon(step)) * element%length
+            other = element
+            other%offset = element%offset + step
+            other%first = foot(problem, state, o, other%offset, element%first%place + step * [-t(2, 1), t(1, 1)])
+            other%last = foot(problem, state, o, other%offset, element%last%place + step * [-t(2, 2), t(1, 2)])
+            call conforming_evaluate(tab, obstacle, other, inner, beside)
+            ok = beside%ok
             if (.not. ok) return
-            fl2 = fl2 - (rate / step) * (f2b - f2)
-            op4(:z, 4) = op4(:z, 4) + (rate / step) * (op4b(:z, 3) - op4(:z, 3))
+            own%fl = own%fl - (rate / step) * (beside%f - own%f)
+            own%op(:z, 4) = own%op(:z, 4) + (rate / step) * (beside%op(:z, 3) - own%op(:z, 3))
          end if
       end associate
       f = 0.0_wp
@@ -141,19 +136,19 @@ contains
       op = 0.0_wp
       do i = 1, 2
          at = 3 * i - 2
-         f(at:at + 1) = f2(i) * t(:, i)
-         raw(at:at + 1) = raw2(i) * t(:, i)
-         fl(at:at + 1) = fl2(i) * t(:, i)
-         op(:z, at) = op4(:z, i) * t(1, i)
-         op(:z, at + 1) = op4(:z, i) * t(2, i)
+         f(at:at + 1) = own%f(i) * t(:, i)
+         raw(at:at + 1) = own%raw(i) * t(:, i)
+         fl(at:at + 1) = own%fl(i) * t(:, i)
+         op(:z, at) = own%op(:z, i) * t(1, i)
+         op(:z, at + 1) = own%op(:z, i) * t(2, i)
          do j = 1, 2
-            k(at:at + 1, 3 * j - 2) = k2(i, j) * t(:, i) * t(1, j)
-            k(at:at + 1, 3 * j - 1) = k2(i, j) * t(:, i) * t(2, j)
+            k(at:at + 1, 3 * j - 2) = own%k(i, j) * t(:, i) * t(1, j)
+            k(at:at + 1, 3 * j - 1) = own%k(i, j) * t(:, i) * t(2, j)
          end do
       end do
-      op(:z, 3) = by_turn(:z)
-      op(:z, ge_columns - 1) = op4(:z, 3)
-      op(:z, ge_columns) = op4(:z, 4)
+      op(:z, 3) = by_turn%op(:z, 4)
+      op(:z, ge_columns - 1) = own%op(:z, 3)
+      op(:z, ge_columns) = own%op(:z, 4)
    end subroutine evaluate_conforming
 
    !> A load with its dead part expressed in the axes of an obstacle.
@@ -223,7 +218,7 @@ contains
             load = element_load(problem, state, e)
             stretch = 1.0_wp + load%strain + problem%compliance(e)%axial * force
             track = here%pose%placed(track)
-            ground = foundation_density(problem, state, e, tau, track%place, here%sense * stretch * track%tangent)
+            ground = foundation_density(problem, state, e, tau, track%place, here%output%element%sense * stretch * track%tangent)
             ground(:, 0) = here%pose%own_direction(ground(:, 0))
             ground(:, 1) = here%pose%own_direction(ground(:, 1))
          end if
@@ -233,8 +228,17 @@ contains
          track = here%pose%placed(track)
       end associate
       if (present(place)) place = track%place
-      if (present(angle)) angle = atan2(here%sense * track%tangent(2), here%sense * track%tangent(1))
+      if (present(angle)) angle = rod_direction_on(track, here)
    end subroutine forces_from_output
+
+   !> Tangent angle of the rod at a point of the placed track, in (-pi, pi].
+   pure real(wp) function rod_direction_on(track, here) result(angle)
+      type(track_t), intent(in) :: track
+      type(conforming_state_t), intent(in) :: here
+      associate (sense => here%output%element%sense)
+         angle = atan2(sense * track%tangent(2), sense * track%tangent(1))
+      end associate
+   end function rod_direction_on
 
    !> Evaluates a conforming element for the computation of points inside it.
    pure type(conforming_state_t) function lying(problem, state, e, inner, at_start)
@@ -244,27 +248,17 @@ contains
       type(inner_forces_t), intent(in), optional :: inner
       logical, intent(in), optional :: at_start !! true: only the first end is of interest; without a foundation this needs no
       !! stages
-      type(track_t) :: track(2)
-      real(wp) :: bend(max_stages)
-      integer :: c(2), stages
+      integer :: stages
       stages = problem%model%mesh%stages(e)
       if (present(at_start)) stages = merge(0, stages, at_start .and. .not. problem%ground%founded(e))
-      c = [problem%conforms(e), problem%candidates%neighbour(2, problem%conforms(e))]
-      track(1) = node_track(problem, state, c(1))
-      ! Only on a curve the two ends of the element may be on different pieces (track_between).
-      track(2) = track(1)
-      if (allocated(problem%model%obstacle(problem%candidates%obstacle(c(1)))%curve%piece)) &
-         & track(2) = node_track(problem, state, c(2))
-      lying%element = e
-      lying%pose = pose_of(problem, state, problem%candidates%obstacle(c(1)))
-      lying%sense = track_sense(problem, state, c(1), track(1))
-      bend = stage_bends(problem, state, e, stages)
-      lying%output = new_output(problem%tableau(problem%model%mesh%stages(e)), state%geometry%element(e)%length, lying%sense, &
-         & bend(:stages), &
-         & problem%model%obstacle(problem%candidates%obstacle(c(1))), -candidate_offset(problem, state, problem%candidates, c(1)), &
-         & track(1), track(2), problem%compliance(e), turned_load(lying%pose, element_load(problem, state, e)), &
-         & state%z(:conforming_size(problem%model%mesh%stages(e)), e), problem%ground%founded(e), &
-         & inner)
+      associate (obstacle => problem%candidates%obstacle(problem%conforms(e)))
+         lying%element = e
+         lying%pose = pose_of(problem, state, obstacle)
+         ! Only on a curve the two ends of the element may be on different pieces (track_between).
+         lying%output = new_output(problem%tableau(problem%model%mesh%stages(e)), problem%model%obstacle(obstacle), &
+            & conforming_at(problem, state, e, lying%pose, stages, allocated(problem%model%obstacle(obstacle)%curve%piece)), &
+            & stages, problem%ground%founded(e), inner)
+      end associate
    end function lying
 
    !> Displacements and rotation at a point inside a conforming element.
@@ -282,36 +276,9 @@ contains
       u(1:2) = track%place - x
       ! The rotation differs from those of the nodes by less than pi: multiples of 2 pi are taken from the nodes.
       near = 0.5_wp * (state%u(3, problem%model%mesh%node(1, e)) + state%u(3, problem%model%mesh%node(2, e)))
-      u(3) = atan2(kept%sense * track%tangent(2), kept%sense * track%tangent(1)) - home
+      u(3) = rod_direction_on(track, kept) - home
       u(3) = u(3) - 2.0_wp * pi * anint((u(3) - near) / (2.0_wp * pi))
    end subroutine conforming_displacement
-
-   !> Change of the displacement at a point inside a conforming element, for given changes of the element's unknowns and of the load
-   !> factor.
-   pure subroutine conforming_change(problem, state, e, tau, kept, du, dz, y, change)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: e
-      real(wp), intent(in) :: tau !! place in the element, 0 to 1 of its stress-free length
-      type(conforming_state_t), intent(inout) :: kept
-      real(wp), intent(in) :: du(6), dz(:)          !! changes of the nodes' displacements; changes of the stored unknowns
-      real(wp), intent(in) :: y                     !! change of the load factor
-      real(wp), intent(out) :: change(2)            !! change of the displacement in x and y
-      type(track_t) :: first, track
-      real(wp) :: force, basis(max_stages), rise(1, max_stages), system(max_stages, max_stages)
-      logical :: singular
-      associate (s => problem%model%mesh%stages(e), tab => problem%tableau(problem%model%mesh%stages(e)), &
-         & motion => y * problem%model%step(problem%step)%load%motion(:, problem%candidates%obstacle(problem%conforms(e))))
-         call conforming_track(problem, state, e, tau, kept, track, force)
-         first = node_track(problem, state, problem%conforms(e))
-         ! Value of the polynomial through the changes at the stages.
-         system = transpose(tab%a)
-         rise(1, :s) = dz(2 + s:1 + 2 * s)
-         call solve_small(s, system, rise, singular)
-         call stage_basis(tab, tau, basis)
-         change = motion + (dot_product(first%tangent, du(1:2) - motion) + dot_product(basis(:s), rise(1, :s))) * track%tangent
-      end associate
-   end subroutine conforming_change
 
    !> Force and moment (n_x, n_y, m) of a cross section inside a conforming element, global axes.
    pure subroutine conforming_resultant(problem, state, e, tau, kept, resultant, inner)

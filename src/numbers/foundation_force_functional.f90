@@ -10,11 +10,14 @@ module foundation_force_functional
    use bordered_system, only: resultant_rates, unknowns_of
    use ge_in_state, only: ge_at
    use ge_stages, only: ge_direction_rates
-   use gauss_tableau, only: max_stages
+   use gauss_tableau, only: max_stages, stage_basis
    use element_foundation, only: foundation_forces
    use inner_forces, only: inner_forces_t
    use ground_regions, only: foundation_totals
-   use conforming_span, only: conforming_state_t, conforming_change
+   use conforming_span, only: conforming_state_t, conforming_track
+   use obstacle_track, only: track_t
+   use track_nodes, only: node_track
+   use small_dense, only: solve_small
    use state_functional, only: functional_t
    implicit none
    private
@@ -112,4 +115,31 @@ contains
          end associate
       end subroutine change_in_element
    end function new_foundation_force_functional
+
+   !> Change of the displacement at a point inside a conforming element, for given changes of the element's unknowns and of the load
+   !> factor.
+   pure subroutine conforming_change(problem, state, e, tau, kept, du, dz, y, change)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp), intent(in) :: tau !! place in the element, 0 to 1 of its stress-free length
+      type(conforming_state_t), intent(inout) :: kept
+      real(wp), intent(in) :: du(6), dz(:)          !! changes of the nodes' displacements; changes of the stored unknowns
+      real(wp), intent(in) :: y                     !! change of the load factor
+      real(wp), intent(out) :: change(2)            !! change of the displacement in x and y
+      type(track_t) :: first, track
+      real(wp) :: force, basis(max_stages), rise(1, max_stages), system(max_stages, max_stages)
+      logical :: singular
+      associate (s => problem%model%mesh%stages(e), tab => problem%tableau(problem%model%mesh%stages(e)), &
+         & motion => y * problem%model%step(problem%step)%load%motion(:, problem%candidates%obstacle(problem%conforms(e))))
+         call conforming_track(problem, state, e, tau, kept, track, force)
+         first = node_track(problem, state, problem%conforms(e))
+         ! Value of the polynomial through the changes at the stages.
+         system = transpose(tab%a)
+         rise(1, :s) = dz(2 + s:1 + 2 * s)
+         call solve_small(s, system, rise, singular)
+         call stage_basis(tab, tau, basis)
+         change = motion + (dot_product(first%tangent, du(1:2) - motion) + dot_product(basis(:s), rise(1, :s))) * track%tangent
+      end associate
+   end subroutine conforming_change
 end module foundation_force_functional
