@@ -13,7 +13,7 @@ module initial_overlap
    use reference_curve, only: curve_point
    implicit none
    private
-   public :: overlap_of_nodes, overlap_between, overlap_of_modes, deepest_start, deepest_overlap
+   public :: overlap_of_nodes, overlap_between, overlap_of_modes, deepest_start, deepest_overlap, gap_inside
 
    integer, parameter :: samples = 8 !! number of parts into which the samples divide an element
    real(wp), parameter :: penetration_tolerance = 1.0e-6_wp !! rounding of the coordinates in a deck, over the extent of the perfect
@@ -154,7 +154,7 @@ contains
       do e = 1, model%mesh%n_elements
          if (.not. all(candidate(model%mesh%node(:, e)))) cycle
          do k = 0, samples
-            gap(k) = gap_at(model, contact, place(real(k, wp) / samples))
+            gap(k) = gap_inside(model, contact, e, real(k, wp) / samples)
          end do
          k = minloc(gap(1:samples - 1), 1)
          low = gap(k)
@@ -170,26 +170,28 @@ contains
       e = element
       call search%begin(real(near - 1, wp) / samples, real(near + 1, wp) / samples, to_rounding)
       do while (search%asks(tau))
-         call search%tell(gap_at(model, contact, place(tau)))
+         call search%tell(gap_inside(model, contact, e, tau))
       end do
       least = search%least
-
-   contains
-
-      !> Position (x, y) at a place of the stress-free element.
-      function place(tau) result(x)
-         real(wp), intent(in) :: tau       !! place in the element, 0 (first node) to 1 (second node)
-         real(wp) :: x(2), angle, speed
-         associate (mesh => model%mesh)
-            if (mesh%curve(e) > 0) then
-               call curve_point(model%curve(mesh%curve(e)), model%imperfection, &
-                  & mesh%s(1, e) + tau * (mesh%s(2, e) - mesh%s(1, e)), x, angle, speed)
-            else
-               x = (1.0_wp - tau) * mesh%x(:, mesh%node(1, e)) + tau * mesh%x(:, mesh%node(2, e))
-            end if
-         end associate
-      end function place
    end subroutine least_gap_between
+
+   !> Gap at a place of a stress-free element, with the contact's obstacle in its initial position; includes the clearance GAP.
+   real(wp) function gap_inside(model, contact, e, tau) result(gap)
+      type(model_t), intent(in) :: model
+      type(contact_t), intent(in) :: contact
+      integer, intent(in) :: e
+      real(wp), intent(in) :: tau          !! place in the element, 0 (first node) to 1 (second node)
+      real(wp) :: x(2), angle, speed
+      associate (mesh => model%mesh)
+         if (mesh%curve(e) > 0) then
+            call curve_point(model%curve(mesh%curve(e)), model%imperfection, &
+               & mesh%s(1, e) + tau * (mesh%s(2, e) - mesh%s(1, e)), x, angle, speed)
+         else
+            x = (1.0_wp - tau) * mesh%x(:, mesh%node(1, e)) + tau * mesh%x(:, mesh%node(2, e))
+         end if
+      end associate
+      gap = gap_at(model, contact, x)
+   end function gap_inside
 
    !> Gap between a point and the contact's obstacle in its initial position; includes the clearance GAP.
    real(wp) function gap_at(model, contact, x) result(gap)

@@ -15,7 +15,7 @@ module span_start
    use rod_layout, only: segment_element
    use rod_geometry, only: geometry_t, new_geometry
    use obstacle_geometry, only: obstacle_gap
-   use reference_curve, only: curve_point
+   use initial_overlap, only: gap_inside
    use minimum_search, only: minimum_search_t, to_rounding
    implicit none
    private
@@ -322,16 +322,6 @@ contains
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: contact, e
       real(wp), intent(in) :: tau
-      real(wp) :: x(2), angle, speed, normal(2), bend
-      associate (mesh => problem%deck%mesh, c => problem%deck%contact(contact))
-         if (mesh%curve(e) > 0) then
-            call curve_point(problem%deck%curve(mesh%curve(e)), problem%deck%imperfection, mesh%s(1, e) + &
-               & tau * (mesh%s(2, e) - mesh%s(1, e)), x, angle, speed)
-         else
-            x = (1.0_wp - tau) * mesh%x(:, mesh%node(1, e)) + tau * mesh%x(:, mesh%node(2, e))
-         end if
-         call obstacle_gap(problem%deck%obstacle(c%obstacle), x, gap, normal, bend)
-         gap = gap + c%gap + problem%overlap(contact)
-      end associate
+      gap = gap_inside(problem%deck, problem%deck%contact(contact), e, tau) + problem%overlap(contact)
    end function gap_at
 end module span_start
