@@ -12,17 +12,16 @@ module contact_regions
    use problem, only: problem_t
    use rod_state, only: state_t, candidate_position, pose_of, candidate_offset, element_load
    use rod_load, only: ge_load_t
-   use reference_curve, only: curve_length
    use obstacle_pose, only: pose_t
    use obstacle_geometry, only: obstacle_gap, has_angle, contact_angle, turns_forward, unwrap_angle, contact_curvature
    use section_forces, only: local_forces, rod_direction
    use rod_geometry, only: element_geometry_t
    use element_gap, only: element_gap_t, new_element_gap, gap_parts, most_parts
-   use ground_regions, only: find_ground_regions
+   use ground_regions, only: find_ground_regions, chain_place
    use path_record, only: region_t
    implicit none
    private
-   public :: find_regions, resolved_contact, candidate_coordinate, region_of
+   public :: find_regions, resolved_contact, region_of
 
    real(wp), parameter :: unresolved = 8.0_wp !! number of elements: an open length shorter than this does not divide a region
 
@@ -111,7 +110,7 @@ contains
             direction = merge(-1.0_wp, 1.0_wp, side == 1)
             if (problem%candidates%neighbour(side, candidate) > 0) beyond = overhang(problem, state, candidate, side)
          end if
-         s = candidate_coordinate(problem, state, candidate) + direction * beyond
+         s = chain_place(problem, state, problem%candidates, candidate) + direction * beyond
          angle = ieee_value(angle, ieee_quiet_nan)
          associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(candidate)))
             if (.not. has_angle(obstacle)) return
@@ -169,20 +168,6 @@ contains
          end do
       end do
    end function resolved_contact
-
-   !> Arc length of a candidate along its chain, at the present position of its node on the rod.
-   real(wp) function candidate_coordinate(problem, state, candidate) result(s)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate
-      integer :: e
-      s = problem%candidates%s(candidate)
-      e = problem%candidates%element(1, candidate)
-      if (e == 0) return
-      if (problem%model%mesh%curve(e) == 0) return
-      s = s + curve_length(problem%model%curve(problem%model%mesh%curve(e)), problem%model%imperfection, &
-         & problem%model%mesh%s(2, e), state%geometry%element(e)%s(2))
-   end function candidate_coordinate
 
    !> Distance along the rod from the last candidate in contact to the end of the contact, > 0 outwards.
    real(wp) function overhang(problem, state, candidate, side) result(beyond)

@@ -3,6 +3,7 @@ module ground_regions
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp
    use problem, only: problem_t
+   use candidates, only: candidates_t
    use rod_state, only: state_t, rounding_steps, pose_of, chain_gap
    use obstacle_pose, only: pose_t
    use obstacle_geometry, only: has_angle, contact_angle, turns_forward, unwrap_angle
@@ -19,7 +20,8 @@ module ground_regions
    implicit none
    private
    public :: find_ground_regions, smallest_ground_gap, inner_opening, part_of_range, rounds, ground_pressure, ground_reaction, &
-      & deck_ground_reaction, foundation_totals, regions_on_moved_nodes
+      & deck_ground_reaction, foundation_totals, regions_on_moved_nodes, &
+      & chain_place
 
 contains
 
@@ -72,7 +74,7 @@ contains
             ! At the end of a closed chain the last region may continue as the first region.
             closes = chain%neighbour(2, c)
             if (closes >= 1 .and. closes <= c .and. open_end .and. size(regions) >= first) then
-               if (regions(first)%start <= chain_place(problem, state, closes)) then
+               if (regions(first)%start <= chain_place(problem, state, chain, closes)) then
                   if (size(regions) > first) then
                      regions(first)%start = regions(size(regions))%start
                      regions(first)%angle_start = regions(size(regions))%angle_start
@@ -105,7 +107,7 @@ contains
          real(wp), intent(out) :: s, angle
          real(wp) :: x(2), theta
          type(pose_t) :: pose
-         s = chain_place(problem, state, candidate) + tau * h
+         s = chain_place(problem, state, problem%ground%chain, candidate) + tau * h
          angle = ieee_value(angle, ieee_quiet_nan)
          associate (obstacle => problem%ground%chain%obstacle(candidate))
             if (.not. has_angle(problem%model%obstacle(obstacle))) return
@@ -143,7 +145,7 @@ contains
             if (.not. part_of_range(problem, state, contact, c, round, from, to, range)) cycle
             h = state%geometry%element(problem%ground%chain%element(2, c))%length
             there = root
-            there%at = (root%at - chain_place(problem, state, c)) / h
+            there%at = (root%at - chain_place(problem, state, problem%ground%chain, c)) / h
             there%scale = root%scale / h
             call gap_extreme(problem, gap_in_state(problem, state, c), .false., range(1), range(2), value, tau, there)
             if (value >= least) cycle
@@ -240,26 +242,26 @@ contains
          lies = chain%contact(candidate) == contact .and. chain%element(2, candidate) > 0
          if (.not. lies) return
          h = state%geometry%element(chain%element(2, candidate))%length
-         s = chain_place(problem, state, candidate) + round * chain%chain_length(contact)
+         s = chain_place(problem, state, chain, candidate) + round * chain%chain_length(contact)
          range = [max((from - s) / h, 0.0_wp), min((to - s) / h, 1.0_wp)]
          lies = range(2) > range(1)
       end associate
    end function part_of_range
 
-   !> Arc length along its chain of a candidate, at the present position of its node. The candidate must have an element after it.
-   pure real(wp) function chain_place(problem, state, candidate) result(s)
+   !> Arc length of a candidate along its chain, at the present position of its node on the rod.
+   pure real(wp) function chain_place(problem, state, list, candidate) result(s)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
+      type(candidates_t), intent(in) :: list
       integer, intent(in) :: candidate
-      real(wp) :: from, to
-      associate (e => problem%ground%chain%element(2, candidate), mesh => problem%model%mesh)
-         s = problem%ground%chain%s(candidate)
-         if (.not. problem%moves_nodes() .or. mesh%curve(e) == 0) return
-         from = mesh%s(1, e)
-         to = state%geometry%element(e)%s(1)
-         if (.not. abs(to - from) > 0.0_wp) return
-         s = s + sign(curve_length(problem%model%curve(mesh%curve(e)), problem%model%imperfection, min(from, to), max(from, to)), &
-            & to - from)
+      integer :: e, side
+      s = list%s(candidate)
+      side = merge(1, 2, list%element(2, candidate) > 0)
+      e = list%element(3 - side, candidate)
+      if (e == 0) return
+      associate (mesh => problem%model%mesh)
+         if (mesh%curve(e) > 0) s = s + curve_length(problem%model%curve(mesh%curve(e)), problem%model%imperfection, &
+            & mesh%s(side, e), state%geometry%element(e)%s(side))
       end associate
    end function chain_place
 
@@ -284,8 +286,8 @@ contains
             place(n) = problem%ground%chain%s(c)
             way(n) = 0.0_wp
             if (problem%ground%chain%element(2, c) == 0) cycle
-            place(n) = chain_place(problem, from, c)
-            way(n) = chain_place(problem, to, c) - place(n)
+            place(n) = chain_place(problem, from, problem%ground%chain, c)
+            way(n) = chain_place(problem, to, problem%ground%chain, c) - place(n)
          end do
          moved(k)%start = regions(k)%start + way_at(regions(k)%start)
          moved(k)%end = regions(k)%end + way_at(regions(k)%end)
