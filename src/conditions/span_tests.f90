@@ -72,6 +72,7 @@ contains
          is_closed = test%kind == test_vanishing .and. abs(test%value) * problem%size <= rounding_gap(problem)
       end function is_closed
    end function run_span_tests
+
    !> Tests of gaps: the least gap of each free span, the least gap between each line contact and other obstacles, and the largest
    !> gap of each free span beside contact spans (closing gap).
    function gap_tests(problem, state, points, valued) result(tests)

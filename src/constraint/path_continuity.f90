@@ -15,7 +15,8 @@ module path_continuity
    use model, only: method_cylindrical, method_load, method_linearised
    use problem, only: problem_t
    use rod_state, only: state_t
-   use state_transfer, only: move_nodes, displacements_at, field_at
+   use state_transfer, only: displacements_at, field_at
+   use rod_geometry, only: shift_nodes
    use linear_system, only: system_t
    use path_control, only: control_t, is_arc_length, metric, turning, path_length, set_tangent
    use force_law, only: segment_unknown
@@ -388,7 +389,7 @@ contains
          ! Segment boundaries keep their positions, and shifts of nodes by rounding are ignored.
          if (abs(shift(i)) <= 8.0_wp * epsilon(shift) * problem%size) shift(i) = 0.0_wp
       end do
-      call move_nodes(problem, shift, state%geometry)
+      call shift_nodes(problem%model, problem%tableau, shift, state%geometry)
    end subroutine blend_geometry
 
    !> Weights of the slope at 0, the change, and the slope at 1 in Hermite's cubic on (0, 1).

@@ -7,7 +7,7 @@ module state_transfer
    use kinds, only: wp
    use problem, only: problem_t
    use element_families, only: collocates
-   use rod_geometry, only: geometry_t, new_geometry, shift_nodes
+   use rod_geometry, only: geometry_t, new_geometry
    use rod_state, only: state_t, node_position, unknown_push
    use rod_profile, only: profile_t, keep_profile, mend_rotation, mended_displacement, profile_place, &
       & profile_displacement, profile_angle, element_place
@@ -23,7 +23,7 @@ module state_transfer
    use ge_fields, only: ge_between
    implicit none
    private
-   public :: find_point, kept_t, point_displacement, carried, carried_field, carry_to, carry_stored, move_nodes, displacements_at, &
+   public :: find_point, kept_t, point_displacement, carried, carried_field, carry_to, carry_stored, displacements_at, &
       & field_at, transfer_fields
 
    !> Data of the element used last, stored for the case that the next point of the same state is in the same element.
@@ -46,18 +46,6 @@ contains
       real(wp), intent(out) :: tau              !! place in the element, 0 to 1 of its stress-free length; exactly 0 or 1 at a node
       integer, intent(inout), optional :: near !! index in problem%along of an element; in: where the search starts, that of the
       !! previous point; out: that of this point
-      call find_in(problem, state%geometry, rod_segment, at, e, tau, near)
-   end subroutine find_point
-
-   !> Finds a point as find_point does, for a given geometry of the mesh.
-   pure subroutine find_in(problem, geometry, rod_segment, at, e, tau, near)
-      type(problem_t), intent(in) :: problem
-      type(geometry_t), intent(in) :: geometry
-      integer, intent(in) :: rod_segment
-      real(wp), intent(in) :: at
-      integer, intent(out) :: e
-      real(wp), intent(out) :: tau
-      integer, intent(inout), optional :: near
       integer :: first, last, middle, i
       first = problem%element_first(rod_segment)
       last = problem%element_last(rod_segment)
@@ -89,13 +77,13 @@ contains
       end do
       if (present(near)) near = first
       e = problem%along(first)
-      associate (s => at - problem%origin(e), ends => geometry%element(e)%s)
+      associate (s => at - problem%origin(e), ends => state%geometry%element(e)%s)
          if (s <= ends(1) + rounding(ends(1), problem%origin(e))) then
             tau = 0.0_wp
          else if (s >= ends(2) - rounding(ends(2), problem%origin(e))) then
             tau = 1.0_wp
          else if (problem%model%mesh%curve(e) > 0) then
-            tau = min(max(element_place(problem, geometry%element(e), e, s), 0.0_wp), 1.0_wp)
+            tau = min(max(element_place(problem, state%geometry%element(e), e, s), 0.0_wp), 1.0_wp)
          else
             tau = (s - ends(1)) / (ends(2) - ends(1))
          end if
@@ -107,11 +95,11 @@ contains
       pure logical function begins_before(place)
          integer, intent(in) :: place
          associate (element => problem%along(place))
-            begins_before = geometry%element(element)%s(1) + problem%origin(element) <= at + &
-               & rounding(geometry%element(element)%s(1), problem%origin(element))
+            begins_before = state%geometry%element(element)%s(1) + problem%origin(element) <= at + &
+               & rounding(state%geometry%element(element)%s(1), problem%origin(element))
          end associate
       end function begins_before
-   end subroutine find_in
+   end subroutine find_point
 
    !> Rounding error of a coordinate along a rod segment, which is the sum of a nominal coordinate and an origin.
    pure real(wp) function rounding(s, origin)
@@ -407,15 +395,6 @@ contains
       on_ground = resultants_on_ground(problem, state, e, tau)
       resultant(1:2) = on_ground(1:2)
    end subroutine find_resultant
-
-   !> Moves nodes along their rod segments; only the geometry is changed.
-   subroutine move_nodes(problem, shift, geometry)
-      type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: shift(:) !! (nodes) distance in the nominal coordinate; 0 at segment boundaries and at nodes that do
-      !! not move
-      type(geometry_t), intent(inout) :: geometry
-      call shift_nodes(problem%model, problem%tableau, shift, geometry)
-   end subroutine move_nodes
 
    !> Displacements of a state at the material points of the nodes of another geometry on the same mesh.
    pure function displacements_at(problem, state, geometry) result(u)

@@ -131,8 +131,12 @@ contains
       integer, intent(in), optional :: which !! side of the candidate (1: before it, 2: after it) if the rod is not smooth there,
       !! see own_element
       type(track_t) :: track
-      real(wp) :: angle, sense, t(2)
-      call contact_track(problem, state, candidate, track, which)
+      real(wp) :: angle, sense, t(2), excess, extension
+      if (problem%candidates%rolls(candidate)) then
+         call excess_curvature(problem, state, candidate, excess, extension, which, track)
+      else
+         track = node_track(problem, state, candidate)
+      end if
       angle = rod_angle(problem, state, candidate, which)
       sense = track_sense(problem, state, candidate, track, which)
       t = sense * track%tangent
@@ -149,22 +153,6 @@ contains
       rate = track%curvature_rate
    end function track_bend_rate
 
-   !> Relative curvature at a point contact, by stress-free length: o theta' - kappa (1 + e), with the curvature theta' of the rod,
-   !> the curvature kappa of the track, the extension ratio 1 + e, and o = 1 (or -1) if the rod has (or has not) the direction of
-   !> the track (track_sense). It is positive if the rod bends away from the obstacle more than the surface of the obstacle. Where
-   !> it is zero, the point contact becomes a line contact or two point contacts.
-   pure subroutine excess_curvature(problem, state, candidate, excess, extension, which)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate
-      real(wp), intent(out) :: excess
-      real(wp), intent(out) :: extension              !! extension ratio 1 + e of the rod
-      integer, intent(in), optional :: which !! side of the candidate (1: before it, 2: after it); needed if the rod is not smooth
-      !! or a support makes the moment jump
-      type(track_t) :: track
-      call contact_track(problem, state, candidate, track, which, excess, extension)
-   end subroutine excess_curvature
-
    !> Derivative of the relative curvature along the rod, by stress-free length, at a point contact whose node moves along the rod.
    pure real(wp) function excess_rate(problem, state, candidate, shear) result(rate)
       type(problem_t), intent(in) :: problem
@@ -175,31 +163,37 @@ contains
       real(wp) :: excess, extension, sense, bend(0:2)
       integer :: e
       e = problem%candidates%element(2, candidate)
-      call contact_track(problem, state, candidate, track, excess=excess, extension=extension)
+      call excess_curvature(problem, state, candidate, excess, extension, on=track)
       sense = track_sense(problem, state, candidate, track)
       bend = bend_at(problem, state, e, 0.0_wp)
       rate = sense * (bend(1) - problem%compliance(e)%bending * extension * shear - track%curvature_rate * extension**2)
    end function excess_rate
 
-   !> Track at a contact node. A point contact is at the least gap. If the rod bends more towards the obstacle than the nearest
-   !> piece of the track, the gap there is largest instead. If the next piece of the track bends more than the rod, the gap is least
-   !> beyond the joint of the two pieces: the contact then belongs to the next piece, continued back across the joint.
-   pure subroutine contact_track(problem, state, candidate, track, which, excess, extension)
+   !> Relative curvature at a point contact, by stress-free length: o theta' - kappa (1 + e), with the curvature theta' of the rod,
+   !> the curvature kappa of the track, the extension ratio 1 + e, and o = 1 (or -1) if the rod has (or has not) the direction of
+   !> the track (track_sense). It is positive if the rod bends away from the obstacle more than the surface of the obstacle. Where
+   !> it is zero, the point contact becomes a line contact or two point contacts.
+   !>
+   !> A point contact is at the least gap. If the rod bends more towards the obstacle than the nearest piece of the track, the gap
+   !> there is largest instead. If the next piece of the track bends more than the rod, the gap is least beyond the joint of the two
+   !> pieces: the contact then belongs to the next piece, continued back across the joint.
+   pure subroutine excess_curvature(problem, state, candidate, excess, extension, which, on)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      type(track_t), intent(out) :: track
-      integer, intent(in), optional :: which        !! side of the candidate (1: before it, 2: after it), see excess_curvature
-      real(wp), intent(out), optional :: excess, extension !! relative curvature and extension ratio, see excess_curvature
-      type(track_t) :: beyond
+      real(wp), intent(out) :: excess
+      real(wp), intent(out) :: extension            !! extension ratio 1 + e of the rod
+      integer, intent(in), optional :: which !! side of the candidate (1: before it, 2: after it); needed if the rod is not smooth
+      !! or a support makes the moment jump
+      type(track_t), intent(out), optional :: on    !! track to which the contact belongs
+      type(track_t) :: track, beyond
       type(pose_t) :: pose
-      real(wp) :: bend, axial, left
+      real(wp) :: bend
       integer :: e
       track = node_track(problem, state, candidate)
-      if (.not. (present(excess) .or. problem%candidates%rolls(candidate))) return
-      call rod_curvature(problem, state, candidate, track, bend, axial, which)
-      left = bend - track%curvature * axial
-      if (left < 0.0_wp .and. problem%candidates%rolls(candidate)) then
+      call rod_curvature(problem, state, candidate, track, bend, extension, which)
+      excess = bend - track%curvature * extension
+      if (excess < 0.0_wp .and. problem%candidates%rolls(candidate)) then
          e = maxval(problem%candidates%element(:, candidate))
          associate (list => problem%candidates)
             beyond = across_joint(problem%model%obstacle(list%obstacle(candidate)), &
@@ -207,14 +201,13 @@ contains
             pose = pose_of(problem, state, list%obstacle(candidate))
             if (beyond%piece /= track%piece) beyond = pose%placed(beyond)
          end associate
-         if (bend - beyond%curvature * axial > 0.0_wp) then
+         if (bend - beyond%curvature * extension > 0.0_wp) then
             track = beyond
-            left = bend - track%curvature * axial
+            excess = bend - track%curvature * extension
          end if
       end if
-      if (present(excess)) excess = left
-      if (present(extension)) extension = axial
-   end subroutine contact_track
+      if (present(on)) on = track
+   end subroutine excess_curvature
 
    !> Curvature of the rod at a contact, > 0 towards the free side, and extension ratio of the rod.
    pure subroutine rod_curvature(problem, state, candidate, track, curvature, extension, which)

@@ -13,7 +13,8 @@ module ground_following
    use rod_state, only: state_t, chain_gap, closing_rate, rounding_steps
    use node_rates, only: rod_rate
    use force_law, only: carries
-   use state_transfer, only: carry_stored, move_nodes
+   use state_transfer, only: carry_stored
+   use rod_geometry, only: shift_nodes
    implicit none
    private
    public :: follow_surface, move_layers
@@ -99,7 +100,7 @@ contains
       end do
       do side = 1, 2
          moved(side) = before
-         call move_nodes(problem, merge(beside, -beside, side == 1), moved(side)%geometry)
+         call shift_nodes(problem%model, problem%tableau, merge(beside, -beside, side == 1), moved(side)%geometry)
          call carry_stored(problem, before, lying, moved(side))
       end do
       do c = 1, problem%ground%chain%n

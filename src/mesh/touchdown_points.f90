@@ -14,7 +14,8 @@ module touchdown_points
    use track_nodes, only: track_rotation, track_sense, node_track, excess_curvature, excess_rate, rod_angle
    use conforming_span, only: conforming_forces
    use breakpoint_forces, only: at_breakpoint, breakpoint_force
-   use state_transfer, only: carry_to, move_nodes
+   use state_transfer, only: carry_to
+   use rod_geometry, only: shift_nodes
    use span_candidates, only: touch_place
    use ground_marks, only: mark_step, is_live
    use force_law, only: segment_unknown
@@ -341,7 +342,7 @@ contains
       if (present(travelled)) travelled = part
       if (.not. any(abs(shift) > 0.0_wp)) return
       before = state
-      call move_nodes(problem, shift, state%geometry)
+      call shift_nodes(problem%model, problem%tableau, shift, state%geometry)
       call carry_to(problem, before, problem, state, moved=.true.)
       state%active = before%active
       state%reaction = before%reaction

@@ -275,7 +275,7 @@ contains
       if (problem%deck_mesh) then
          values = nodal_values(problem, system, x)
       else
-         values = deck_node_rates(problem, state, system, x, 0.0_wp)
+         values = deck_node_rates(problem, state, system, x)
       end if
    end function deck_values
 

@@ -146,13 +146,12 @@ contains
       end associate
    end subroutine deck_contact_gaps
 
-   !> Derivatives of displacements and rotations of all nodes of the deck, for an increment of the unknowns and of the load factor.
-   function deck_node_rates(problem, state, system, x, y) result(rate)
+   !> Derivatives of displacements and rotations of all nodes of the deck, for an increment of the unknowns at constant load factor.
+   function deck_node_rates(problem, state, system, x) result(rate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled at `state`
       real(wp), intent(in) :: x(:)              !! (n) increments of the unknowns, node axes
-      real(wp), intent(in) :: y                 !! increment of the load factor
       real(wp) :: rate(3, size(problem%mesh_node))
       type(profile_t) :: profile
       type(pose_t) :: pose
@@ -172,8 +171,8 @@ contains
             end associate
          end if
          z = problem%z_size(e)
-         call place_rate(problem, state, e, tau, profile, du, matmul(system%op(:z, :6, e), du) + &
-            & y * system%op(:z, 8, e), y, rate(:, node))
+         call place_rate(problem, state, e, tau, profile, du, matmul(system%op(:z, :6, e), du), 0.0_wp, &
+            & rate(:, node))
          if (carried_by(problem, e) == 0) cycle
          ! A point inside a conforming element moves with the obstacle of the element.
          pose = pose_of(problem, state, problem%candidates%obstacle(problem%conforms(e)))

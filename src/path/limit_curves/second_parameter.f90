@@ -9,12 +9,11 @@ module second_parameter
    use imperfect_mesh, only: move_to_curves
    use problem, only: problem_t, copy_problem, new_problem, derive_problem
    use span_problem, only: same_spans, place_spans
-   use state_transfer, only: move_nodes
    use candidates, only: candidates_t
    use ground_regions, only: ground_reaction
    use force_law, only: segment_unknown
    use rod_state, only: state_t, unknown_push
-   use rod_geometry, only: new_geometry
+   use rod_geometry, only: new_geometry, shift_nodes
    implicit none
    private
    public :: present_value, problem_at, rigid_problem, carry_state
@@ -144,7 +143,7 @@ contains
             shifts(node) = 0.0_wp
             if (e > 0) shifts(node) = state%geometry%element(e)%s(2) - from%model%mesh%s(2, e)
          end do
-         call move_nodes(to, shifts, carried%geometry)
+         call shift_nodes(to%model, to%tableau, shifts, carried%geometry)
       else if (to%candidates%n /= from%candidates%n) then
          call touch_nodes()
       end if
