@@ -7,7 +7,7 @@ module nodes_to_spans
    use contact_spans, only: contact_span_t
    use contact_set_edits, only: same_set
    use track_nodes, only: rod_angle
-   use test_kinds, only: span_test_t, test_gap
+   use test_kinds, only: test_slack, test_gap
    use next_spans, only: next_t, new_next, settle, holds
    use reachability, only: leads_to_next
    use path_control, only: set_tangent
