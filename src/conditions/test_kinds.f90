@@ -19,8 +19,8 @@ module test_kinds
    !! length of the free span
    integer, parameter :: test_boundary_span = 7  !! length of a free span between a contact span and a segment boundary
    integer, parameter :: test_slope = 8     !! slope of the gap beside a contact at the end of a rod or at a corner
-   integer, parameter :: test_leaving = 9 !! point contact at a segment boundary: negligible distance of the contact force from the
-   !! node, minus the actual distance
+   integer, parameter :: test_leaving = 9 !! distance of the contact force from the node of a point contact at a segment boundary:
+   !! a distance that counts as zero, minus the actual one
    integer, parameter :: test_couple = 10 !! minus the magnitude of the couple that acts on a line contact's node at a segment
    !! boundary
 
@@ -40,7 +40,7 @@ module test_kinds
       & 1.0e-6_wp, & ! pressure, a second derivative of the solution
       & 0.0_wp, &    ! length
       & inside_elements, & ! vanishing
-      & 0.0_wp, &    ! crossing
+      & 0.0_wp, &    ! boundary span
       & inside_elements, & ! slope
       & 0.0_wp, &    ! leaving
       & inside_elements]   ! couple
@@ -62,7 +62,7 @@ module test_kinds
       !> Side or direction, by kind of test:
       !>   pressure   at the first end (-1), inside (0), at the last end (1) of the line contact
       !>   curvature  before (-1) or after (1) a support that fixes the rotation; 0: the rotation is free
-      !>   crossing, slope   free span or rod before (-1) or after (1) the contact
+      !>   boundary span, slope   free span or rod before (-1) or after (1) the contact
       !>   leaving    towards the beginning (-1) or the end (1) of the rod
       real(wp) :: sense = 1.0_wp
    end type span_test_t

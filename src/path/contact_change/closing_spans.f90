@@ -8,17 +8,17 @@ module closing_spans
    use problem, only: problem_t, rounding_gap
    use contact_spans, only: closed_share
    use test_kinds, only: span_test_t, any_fails, test_vanishing, test_force, test_pressure, test_couple, test_slack, well_below
-   use doubts, only: doubts_of
+   use edit_places, only: places_of_tests
    use rod_strips, only: find_strips
    use span_tests, only: run_span_tests
    use path_record, only: recorder_t
    use contact_change_types, only: step_interval_t
    use reachability, only: reach_of
-   use next_spans, only: next_t, tests_of
+   use other_set, only: other_set_t, tests_of
    use set_validity, only: step_ahead
    use contact_trials, only: try_sets
    use entering_contact_set, only: passes_value
-   use set_mending, only: begin_set
+   use continuing_with_set, only: begin_set
    use path_control, only: control_t
    use corrector, only: increment_t
    use path_point, only: path_point_t, advance
@@ -66,7 +66,7 @@ contains
       !! the onset of a set without some of the spans alone
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
-      type(next_t) :: first, next
+      type(other_set_t) :: first, next
       finished = .false.
       too_far = .false.
       changed = size(closing) > 0
@@ -89,13 +89,13 @@ contains
 
    !> True if all contacts that a set without free spans gains begin at its onset: each has a zero of pressure or force there.
    logical function all_begin(first)
-      type(next_t), intent(in) :: first          !! the set at its onset
+      type(other_set_t), intent(in) :: first          !! the set at its onset
       type(span_test_t), allocatable :: tests(:)
       all_begin = first%times == 1 .or. first%test == 0
       if (all_begin) return
       tests = tests_of(first)
       tests = pack(tests, any_of_forces(tests%kind) .and. tests%value <= well_below * test_slack(tests%kind))
-      all_begin = size(doubts_of(first%problem, first%state, find_strips(first%problem%layout), tests, &
+      all_begin = size(places_of_tests(first%problem, first%state, find_strips(first%problem%layout), tests, &
          & first%system%force_scale)) >= first%times
 
    contains

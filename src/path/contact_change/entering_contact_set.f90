@@ -4,7 +4,7 @@ module entering_contact_set
    use model, only: step_t
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
-   use next_spans, only: next_t, release_held_twice
+   use other_set, only: other_set_t, release_held_twice
    use state_transfer, only: carried, carried_field
    use path_control, only: displacement_between
    use path_continuity, only: path_tangent_at
@@ -29,7 +29,7 @@ contains
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      type(next_t), intent(inout) :: next
+      type(other_set_t), intent(inout) :: next
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
@@ -94,7 +94,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
-      type(next_t), intent(in) :: next           !! with its path tangent
+      type(other_set_t), intent(in) :: next           !! with its path tangent
       logical, intent(in) :: smooth              !! the path has no corner: limit points and bifurcations count, too
       type(path_state_t) :: on
       type(event_t), allocatable :: events(:)
@@ -114,7 +114,7 @@ contains
    subroutine adopt(problem, run, next)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
-      type(next_t), intent(in) :: next           !! with its path tangent
+      type(other_set_t), intent(in) :: next           !! with its path tangent
       run = bound_for(problem, run, next)
       call copy_problem(next%problem, problem)
       run%last = next%path_point_t
@@ -126,7 +126,7 @@ contains
    function bound_for(problem, run, next) result(on)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(next_t), intent(in) :: next
+      type(other_set_t), intent(in) :: next
       type(path_state_t) :: on
       type(state_t) :: state
       real(wp) :: rise
@@ -156,7 +156,7 @@ contains
    !> True if the run's point and the next set's state have the same load within rounding: they are one equilibrium on two meshes.
    pure logical function is_there(run, next)
       type(path_state_t), intent(in) :: run
-      type(next_t), intent(in) :: next
+      type(other_set_t), intent(in) :: next
       associate (load => run%last%state%load_factor)
          is_there = abs(next%state%load_factor - load) <= 10.0_wp * epsilon(load) * abs(load)
       end associate

@@ -4,7 +4,7 @@ module reachability
    use problem, only: problem_t
    use rod_state, only: state_t
    use contact_change_types, only: step_interval_t
-   use next_spans, only: next_t
+   use other_set, only: other_set_t
    use state_transfer, only: carried, carried_field
    use path_control, only: path_length, displacement_between
    use path_continuity, only: path_tangent_t, relate, same_path, stands_still
@@ -65,7 +65,7 @@ contains
    logical function leads_to_next(problem, run, next) result(leads)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(next_t), intent(in) :: next
+      type(other_set_t), intent(in) :: next
       type(state_t) :: from
       type(path_tangent_t) :: heading
       from = carried(problem, run%last%state, next%problem)

@@ -5,7 +5,7 @@
 !>   close_spans     the set without free spans that vanish there, at its onset (closing_spans, set_onset)
 !>   try_sets        otherwise the first neighbour of the set that all tests accept (contact_trials)
 !>   record_change   the point, labelled as contact gained, lost or neither
-!>   begin_located   the first equilibrium of the set, from which the path continues (set_mending, entering_contact_set)
+!>   begin_located   the first equilibrium of the set, from which the path continues (continuing_with_set, entering_contact_set)
 module span_changes
    use kinds, only: wp
    use model, only: step_t, method_load
@@ -16,7 +16,7 @@ module span_changes
    use closing_spans, only: about_to_close, close_spans
    use contact_change_types, only: step_interval_t, change_t, new_interval, change_none, change_missed, change_located, &
       & place_within, place_here, place_ahead
-   use next_spans, only: next_t
+   use other_set, only: other_set_t
    use span_events, only: find_change
    use minima_of_tests, only: check_between
    use simultaneous_tests, only: coming_next, zero_too
@@ -25,7 +25,7 @@ module span_changes
    use entering_contact_set, only: go_to_next, bound_for
    use remeshing, only: ask_for_mesh
    use span_mesh, only: ask_for_twice
-   use set_mending, only: begin_located
+   use continuing_with_set, only: begin_located
    use vanished_length, only: find_vanished
    use contact_trials, only: try_sets
    use contact_ways, only: other_ways
@@ -143,8 +143,8 @@ contains
       type(request_t), intent(inout) :: request
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
-      type(next_t) :: first, next, without
-      type(next_t), allocatable :: way(:)        ! other sets with which the path may go on
+      type(other_set_t) :: first, next, without
+      type(other_set_t), allocatable :: way(:)        ! other sets with which the path may go on
       type(span_test_t), allocatable :: zero(:)
       logical :: found, vanishes
       change%label = label_of(problem, change%tests(change%which))
@@ -194,7 +194,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run   !! at the change, which is recorded
       type(change_t), intent(in) :: change
-      type(next_t), intent(in) :: way(:)         !! sets of the other ways
+      type(other_set_t), intent(in) :: way(:)         !! sets of the other ways
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       type(way_t) :: ways(size(way))
@@ -218,7 +218,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      type(next_t), intent(in) :: without        !! the set without the length that vanishes, at its onset
+      type(other_set_t), intent(in) :: without        !! the set without the length that vanishes, at its onset
       integer, intent(in) :: tries
       type(outcome_t), intent(in) :: outcome
       type(request_t), intent(inout) :: request

@@ -15,13 +15,13 @@ module contact_trials
    use contact_set_edits, only: same_set
    use span_candidates, only: present_contact_spans
    use test_kinds, only: span_test_t, any_fails
-   use next_spans, only: next_t, copy_next, tests_of
+   use other_set, only: other_set_t, copy_other_set, tests_of
    use path_point, only: path_point_t
    use path_state, only: path_state_t
-   use set_differences, only: tell_differences
+   use set_differences, only: label_and_number
    use rod_strips, only: strip_t, find_strips, on_strips, strip_place
-   use neighbours, only: doubt_t, neighbour_t, neighbours_at, edit_merge, closes, no_test
-   use doubts, only: doubts_of, all_doubts
+   use neighbours, only: edit_place_t, neighbour_t, neighbours_at, edit_merge, closes, no_test
+   use edit_places, only: places_of_tests, places_of_contacts
    use set_trial, only: solve_neighbour
    use set_validity, only: change_place_t, new_change_place, tried_set_t, copy_trial, is_near, verify, load_changes, step_ahead
    use step_off, only: step_by, failing
@@ -48,10 +48,10 @@ contains
       type(step_t), intent(in) :: step            !! its first increment is a scale of load changes
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: point     !! on the path of the present set, at the run's point or further on
-      type(next_t), intent(out) :: first          !! the set at its first equilibrium, labelled as a change of contact. At a located
-      !! change all its tests are satisfied there; else it is the set's onset
-      type(next_t), intent(out) :: next           !! the same set at a point further on, where all its tests are satisfied and from
-      !! which increments can go on; without label
+      type(other_set_t), intent(out) :: first     !! the set at its first equilibrium, labelled as a change of contact. At a
+      !! located change all its tests are satisfied there; else it is the set's onset
+      type(other_set_t), intent(out) :: next      !! the same set at a point further on, where all its tests are satisfied and
+      !! from which increments can go on; without label
       logical, intent(out) :: found
       type(span_test_t), intent(in), optional :: zero(:) !! tests that are zero at the point, if the change is located there: the
       !! first set that is valid is taken
@@ -60,7 +60,7 @@ contains
       !! them is taken, and begins at its onset
       type(change_place_t) :: here
       type(strip_t), allocatable :: strip(:)
-      type(doubt_t), allocatable :: doubt(:)
+      type(edit_place_t), allocatable :: edit_place(:)
       type(tried_set_t), allocatable :: valid(:)
       real(wp) :: wide                            ! longest free span that vanishes / length of the strip
       integer :: best
@@ -68,13 +68,13 @@ contains
       here = new_change_place(problem, step, run, point, zero, beyond)
       here%vanishes = present(closing)
       if (here%at_change) then
-         doubt = doubts_of(problem, here%state, strip, zero, here%system%force_scale, beyond)
+         edit_place = places_of_tests(problem, here%state, strip, zero, here%system%force_scale, beyond)
       else if (present(closing)) then
-         doubt = doubts_of(problem, here%state, strip, closing, here%system%force_scale)
+         edit_place = places_of_tests(problem, here%state, strip, closing, here%system%force_scale)
       else
-         doubt = places_in_doubt(here, strip)
+         edit_place = places_to_edit(here, strip)
       end if
-      call try_edits(step, run, here, strip, doubt, first_length, valid)
+      call try_edits(step, run, here, strip, edit_place, first_length, valid)
       wide = 0.0_wp
       if (present(closing)) wide = maxval([(width_of(closing(best)), best=1, size(closing))])
       do best = 1, size(valid)
@@ -88,15 +88,15 @@ contains
       else if (decided(here, valid)) then
          best = size(valid)
       end if
-      call copy_next(valid(best)%set, first)
+      call copy_other_set(valid(best)%set, first)
       if (here%at_change) then
          call pass_zeros(valid(best), first)
-         call enlarge(step, run, here, strip, doubt, valid)
-         call copy_next(valid(best)%set, next)
+         call enlarge(step, run, here, strip, edit_place, valid)
+         call copy_other_set(valid(best)%set, next)
          next%problem%contact_span%number = first%problem%contact_span%number
          call pass_zeros(valid(best), next)
       else
-         call copy_next(valid(best)%set, next)
+         call copy_other_set(valid(best)%set, next)
          next%path_point_t = valid(best)%there
       end if
       next%label = '  '
@@ -106,7 +106,7 @@ contains
       !> Moves the set on if tests fail at its equilibrium: they pass through zero soon after, where the stiffness may be singular.
       subroutine pass_zeros(trial, set)
          type(tried_set_t), intent(in) :: trial
-         type(next_t), intent(inout) :: set
+         type(other_set_t), intent(inout) :: set
          if (any_fails(tests_of(set))) set%path_point_t = trial%there
       end subroutine pass_zeros
 
@@ -122,12 +122,12 @@ contains
 
    !> Enlarges the new contact or free span of a set found as long as the load factor has changed by less than the smallest
    !> increment: a span that opens in a line contact may grow with a small power of the load.
-   subroutine enlarge(step, run, here, strip, doubt, valid)
+   subroutine enlarge(step, run, here, strip, edit_place, valid)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here    !! the present set, at a located change
       type(strip_t), intent(in) :: strip(:)
-      type(doubt_t), intent(in) :: doubt(:)
+      type(edit_place_t), intent(in) :: edit_place(:)
       type(tried_set_t), allocatable, intent(inout) :: valid(:) !! the set found
       type(tried_set_t), allocatable :: larger(:)
       real(wp) :: length
@@ -135,7 +135,7 @@ contains
       do while (valid(1)%sized .and. .not. load_changes(here, valid(1)%set))
          length = growth * length
          if (length > most_of_strip) return
-         call try_edits(step, run, here, strip, doubt, [length], larger)
+         call try_edits(step, run, here, strip, edit_place, [length], larger)
          if (size(larger) == 0) return
          if (.not. same_kind(larger(1)%set%problem, valid(1)%set%problem)) return
          call move_alloc(larger, valid)
@@ -157,53 +157,53 @@ contains
          & here%state%load_factor)
       near = nearby + first_length(trial%length) + wide
       if (farther) then
-         call tell_differences(problem, here%beyond, near, run%spans_begun, trial%set)
+         call label_and_number(problem, here%beyond, near, run%spans_begun, trial%set)
       else
-         call tell_differences(problem, here%state, near, run%spans_begun, trial%set)
+         call label_and_number(problem, here%state, near, run%spans_begun, trial%set)
       end if
    end subroutine label
 
    !> Places at which the present set is edited: those of the tests that fail at the run's point or, if none fails there, a short
    !> step ahead. If no test fails, or no equilibrium is found ahead: the ends of all contacts.
-   function places_in_doubt(here, strip) result(doubt)
+   function places_to_edit(here, strip) result(edit_place)
       type(change_place_t), intent(in) :: here    !! the present set
       type(strip_t), intent(in) :: strip(:)
-      type(doubt_t), allocatable :: doubt(:)
+      type(edit_place_t), allocatable :: edit_place(:)
       type(state_t) :: ahead
       type(system_t) :: system
       type(span_test_t), allocatable :: tests(:)
       integer :: k
-      doubt = doubts_of(here%problem, here%state, strip, failing(tests_of(here%next_t)), here%system%force_scale)
+      edit_place = places_of_tests(here%problem, here%state, strip, failing(tests_of(here%other_set_t)), here%system%force_scale)
       do k = 1, size(step_ahead) / 2
-         if (size(doubt) > 0) return
+         if (size(edit_place) > 0) return
          system = here%system
-         call step_by(here%next_t, here%tangent, step_ahead(k), ahead, system, tests)
-         if (allocated(tests)) doubt = doubts_of(here%problem, ahead, strip, failing(tests), &
+         call step_by(here%other_set_t, here%tangent, step_ahead(k), ahead, system, tests)
+         if (allocated(tests)) edit_place = places_of_tests(here%problem, ahead, strip, failing(tests), &
             & system%force_scale)
       end do
-      if (size(doubt) == 0) doubt = all_doubts(here%problem, here%state, strip)
-   end function places_in_doubt
+      if (size(edit_place) == 0) edit_place = places_of_contacts(here%problem, here%state, strip)
+   end function places_to_edit
 
    !> Tries the neighbours of the present set at the given places. If none of them is valid, their neighbours are tried, where their
    !> tests fail.
-   subroutine try_edits(step, run, here, strip, doubt, length, valid)
+   subroutine try_edits(step, run, here, strip, edit_place, length, valid)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here    !! the present set, at the run's point
       type(strip_t), intent(in) :: strip(:)
-      type(doubt_t), intent(in) :: doubt(:)
+      type(edit_place_t), intent(in) :: edit_place(:)
       real(wp), intent(in) :: length(:)           !! lengths of a new contact or free span that are tried / length of the strip
       type(tried_set_t), allocatable, intent(out) :: valid(:) !! the sets found
       type(tried_set_t), allocatable :: from(:), failed(:)
       integer :: edits, k
       allocate (valid(0), from(1))
-      call copy_next(here%next_t, from(1)%set)
+      call copy_other_set(here%other_set_t, from(1)%set)
       do edits = 1, merge(1, most_edits, here%vanishes)
          allocate (failed(0))
          do k = 1, size(from)
-            if (edits == 1) call edit(step, run, here, strip, from(k), doubt, length, valid, failed)
-            if (edits > 1) call edit(step, run, here, strip, from(k), doubts_of(from(k)%set%problem, from(k)%fails_at, strip, &
-               & from(k)%fails, from(k)%set%system%force_scale), length, valid, failed)
+            if (edits == 1) call edit(step, run, here, strip, from(k), edit_place, length, valid, failed)
+            if (edits > 1) call edit(step, run, here, strip, from(k), places_of_tests(from(k)%set%problem, from(k)%fails_at, &
+               & strip, from(k)%fails, from(k)%set%system%force_scale), length, valid, failed)
             if (decided(here, valid)) return
          end do
          if (size(valid) > 0) return
@@ -212,13 +212,13 @@ contains
    end subroutine try_edits
 
    !> Tries the neighbours of one set at the given places.
-   subroutine edit(step, run, here, strip, from, doubt, length, valid, failed)
+   subroutine edit(step, run, here, strip, from, edit_place, length, valid, failed)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here    !! the present set, at the run's point
       type(strip_t), intent(in) :: strip(:)
       type(tried_set_t), intent(in) :: from           !! the set to be edited
-      type(doubt_t), intent(in) :: doubt(:)
+      type(edit_place_t), intent(in) :: edit_place(:)
       real(wp), intent(in) :: length(:)           !! lengths of a new contact or free span that are tried / length of the strip
       type(tried_set_t), allocatable, intent(inout) :: valid(:)
       type(tried_set_t), allocatable, intent(inout) :: failed(:) !! sets with an equilibrium whose tests fail
@@ -226,10 +226,10 @@ contains
       type(tried_set_t) :: trial
       integer :: d, k
       logical :: found
-      do d = 1, size(doubt)
-         if (doubt(d)%strip == 0) cycle
+      do d = 1, size(edit_place)
+         if (edit_place(d)%strip == 0) cycle
          neighbour = neighbours_together(strip, on_strips(strip, present_contact_spans(from%set%problem, from%set%state)), &
-            & doubt, d, length)
+            & edit_place, d, length)
          do k = 1, size(neighbour)
             if (here%vanishes .and. .not. closes(neighbour(k)%edit)) cycle
             call solve_neighbour(here, from%set%problem, from%set%state, run, strip, neighbour(k), &
@@ -275,10 +275,10 @@ contains
    !> Neighbours of a set at one of several places where its tests fail. If tests of the same kind fail at other places, for
    !> instance at mirror images, a neighbour with the same edit at all these places comes before the neighbour that is edited at one
    !> place.
-   function neighbours_together(strip, set, doubt, d, length) result(all)
+   function neighbours_together(strip, set, edit_place, d, length) result(all)
       type(strip_t), intent(in) :: strip(:)
       type(contact_span_t), intent(in) :: set(:)  !! contact set on strips
-      type(doubt_t), intent(in) :: doubt(:)
+      type(edit_place_t), intent(in) :: edit_place(:)
       integer, intent(in) :: d                    !! index of the place
       real(wp), intent(in) :: length(:)           !! lengths of a new contact or free span that are tried / length of the strip
       type(neighbour_t), allocatable :: all(:)
@@ -286,12 +286,13 @@ contains
       type(neighbour_t) :: both
       integer :: k, j
       allocate (all(0))
-      single = neighbours_of(strip, set, doubt(d), length)
+      single = neighbours_of(strip, set, edit_place(d), length)
       do k = 1, size(single)
          both = single(k)
-         do j = 1, size(doubt)
-            if (j == d .or. doubt(j)%kind /= doubt(d)%kind .or. doubt(j)%kind == no_test .or. doubt(j)%strip == 0) cycle
-            other = neighbours_of(strip, both%set, doubt(j), length)
+         do j = 1, size(edit_place)
+            if (j == d .or. edit_place(j)%kind /= edit_place(d)%kind) cycle
+            if (edit_place(j)%kind == no_test .or. edit_place(j)%strip == 0) cycle
+            other = neighbours_of(strip, both%set, edit_place(j), length)
             other = pack(other, other%edit == both%edit)
             ! Edits that remove a contact change the indices of contacts with prescribed places.
             if (size(other) == 0 .or. any(both%held > 0 .and. both%edit == edit_merge)) cycle
@@ -303,14 +304,14 @@ contains
    end function neighbours_together
 
    !> Neighbours of a set at a place where a test fails.
-   function neighbours_of(strip, set, doubt, length) result(found)
+   function neighbours_of(strip, set, edit_place, length) result(found)
       type(strip_t), intent(in) :: strip(:)
       type(contact_span_t), intent(in) :: set(:)  !! contact set on strips
-      type(doubt_t), intent(in) :: doubt          !! the place, on a strip
+      type(edit_place_t), intent(in) :: edit_place          !! the place, on a strip
       real(wp), intent(in) :: length(:)           !! lengths of a new contact or free span that are tried / length of the strip
       type(neighbour_t), allocatable :: found(:)
-      associate (on => strip(doubt%strip))
-         found = neighbours_at(set, doubt, on, min(length * on%length(), doubt%room, part_of_segment * &
+      associate (on => strip(edit_place%strip))
+         found = neighbours_at(set, edit_place, on, min(length * on%length(), edit_place%room, part_of_segment * &
             & minval(on%start(2:) - on%start(:size(on%start) - 1))), nearby * on%length())
       end associate
    end function neighbours_of

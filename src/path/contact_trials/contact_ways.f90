@@ -10,12 +10,12 @@ module contact_ways
    use contact_spans, only: contact_span_t, initial_share
    use span_candidates, only: present_contact_spans
    use test_kinds, only: span_test_t, test_gap, test_force
-   use next_spans, only: next_t, copy_next
+   use other_set, only: other_set_t, copy_other_set
    use path_point, only: path_point_t
    use path_state, only: path_state_t
    use rod_strips, only: strip_t, find_strips, on_strips
-   use neighbours, only: doubt_t, neighbour_t, edit_add, edit_remove
-   use doubts, only: doubts_of
+   use neighbours, only: edit_place_t, neighbour_t, edit_add, edit_remove
+   use edit_places, only: places_of_tests
    use set_trial, only: solve_neighbour
    use set_validity, only: change_place_t, new_change_place, tried_set_t, is_near, verify
    use contact_trials, only: neighbours_of, same_kind
@@ -34,11 +34,11 @@ contains
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: point     !! place of the change, with the present set
       type(span_test_t), intent(in) :: zero(:)    !! tests that are zero there
-      type(next_t), intent(in) :: taken           !! the set with which the run goes on
-      type(next_t), allocatable, intent(out) :: way(:) !! the other sets, each at an equilibrium at which its tests are satisfied
+      type(other_set_t), intent(in) :: taken           !! the set with which the run goes on
+      type(other_set_t), allocatable, intent(out) :: way(:) !! the other sets, each at an equilibrium where its tests are satisfied
       type(change_place_t) :: here
       type(strip_t), allocatable :: strip(:)
-      type(doubt_t), allocatable :: doubt(:)
+      type(edit_place_t), allocatable :: edit_place(:)
       type(neighbour_t) :: neighbour
       type(tried_set_t) :: trial
       integer :: subset, k
@@ -46,13 +46,13 @@ contains
       allocate (way(0))
       if (all(zero(1)%kind /= [test_gap, test_force]) .or. count(zero%kind == zero(1)%kind) < 2) return
       strip = find_strips(problem%layout)
-      doubt = doubts_of(problem, point%state, strip, pack(zero, zero%kind == zero(1)%kind), point%system%force_scale)
-      doubt = pack(doubt, doubt%strip > 0)
-      if (size(doubt) < 2 .or. size(doubt) > most) return
+      edit_place = places_of_tests(problem, point%state, strip, pack(zero, zero%kind == zero(1)%kind), point%system%force_scale)
+      edit_place = pack(edit_place, edit_place%strip > 0)
+      if (size(edit_place) < 2 .or. size(edit_place) > most) return
       here = new_change_place(problem, step, run, point, zero)
-      do subset = 1, 2**size(doubt) - 1
-         call edit_all(strip, on_strips(strip, present_contact_spans(problem, point%state)), pack(doubt, [(btest(subset, k - 1), &
-            & k=1, size(doubt))]), neighbour, found)
+      do subset = 1, 2**size(edit_place) - 1
+         call edit_all(strip, on_strips(strip, present_contact_spans(problem, point%state)), pack(edit_place, &
+            & [(btest(subset, k - 1), k=1, size(edit_place))]), neighbour, found)
          if (found) call solve_neighbour(here, problem, point%state, run, strip, neighbour, .true., trial%set, found)
          if (found) found = is_near(here, trial%set) .and. .not. same_kind(taken%problem, trial%set%problem)
          if (.not. found) cycle
@@ -64,18 +64,18 @@ contains
    end subroutine other_ways
 
    !> Begins or ends all the given contacts.
-   subroutine edit_all(strip, set, doubt, neighbour, found)
+   subroutine edit_all(strip, set, edit_place, neighbour, found)
       type(strip_t), intent(in) :: strip(:)
       type(contact_span_t), intent(in) :: set(:)  !! contact set on strips
-      type(doubt_t), intent(in) :: doubt(:)       !! places of these contacts
+      type(edit_place_t), intent(in) :: edit_place(:)       !! places of these contacts
       type(neighbour_t), intent(out) :: neighbour
       logical, intent(out) :: found               !! false: there is no such set
       type(neighbour_t), allocatable :: one(:)
       integer :: k
-      neighbour%edit = merge(edit_add, edit_remove, doubt(1)%kind == test_gap)
+      neighbour%edit = merge(edit_add, edit_remove, edit_place(1)%kind == test_gap)
       neighbour%set = set
-      do k = 1, size(doubt)
-         one = neighbours_of(strip, neighbour%set, doubt(k), [initial_share])
+      do k = 1, size(edit_place)
+         one = neighbours_of(strip, neighbour%set, edit_place(k), [initial_share])
          one = pack(one, one%edit == neighbour%edit)
          found = size(one) > 0
          if (.not. found) return
@@ -85,16 +85,16 @@ contains
 
    !> Appends the set of a valid trial.
    subroutine append(way, trial)
-      type(next_t), allocatable, intent(inout) :: way(:)
+      type(other_set_t), allocatable, intent(inout) :: way(:)
       type(tried_set_t), intent(in) :: trial
-      type(next_t), allocatable :: longer(:)
+      type(other_set_t), allocatable :: longer(:)
       integer :: k
       allocate (longer(size(way) + 1))
       do k = 1, size(way)
-         call copy_next(way(k), longer(k))
+         call copy_other_set(way(k), longer(k))
       end do
       associate (new => longer(size(longer)))
-         call copy_next(trial%set, new)
+         call copy_other_set(trial%set, new)
          new%path_point_t = trial%there
       end associate
       call move_alloc(longer, way)

@@ -12,7 +12,7 @@ module neighbours
    use rod_strips, only: strip_t, brought_near
    implicit none
    private
-   public :: doubt_t, neighbour_t, neighbours_at, closes, no_test
+   public :: edit_place_t, neighbour_t, neighbours_at, closes, no_test
    public :: edit_remove, edit_add, edit_spread, edit_part, edit_leave, edit_shrink, edit_ends, edit_open, edit_end_off, &
       & edit_lie_down, edit_merge, edit_pass, edit_jump, edit_rise, edit_change
 
@@ -47,13 +47,13 @@ module neighbours
       & edit_open, edit_end_off, edit_ends, edit_remove, 0, &             ! pressure
       & edit_shrink, edit_remove, edit_pass, 0, 0, &                      ! length
       & edit_lie_down, edit_merge, 0, 0, 0, &                             ! vanishing
-      & edit_pass, edit_jump, edit_lie_down, edit_leave, 0, &             ! crossing
+      & edit_pass, edit_jump, edit_lie_down, edit_leave, 0, &             ! boundary span
       & edit_spread, edit_leave, edit_part, edit_lie_down, 0, &           ! slope
       & edit_leave, edit_pass, edit_spread, 0, 0, &                       ! leaving
       & edit_open, edit_jump, edit_end_off, edit_pass, 0], [5, 11])       ! couple
 
    !> A place at which the contact set may be wrong: that of a failing test, or an end of a contact.
-   type :: doubt_t
+   type :: edit_place_t
       integer :: kind = no_test              !! kind of the failing test (test_kinds)
       integer :: contact = 0                 !! index into model%contact, 0: any
       integer :: strip = 0
@@ -62,9 +62,10 @@ module neighbours
       logical :: beyond = .false.            !! an equilibrium at the end of the increment is known; `width` is the length there
       logical :: whole = .false.             !! the test fails all along the line contact, which may lift off as a whole
       real(wp) :: room = huge(1.0_wp)        !! longest new contact or free span: distance to a joint of the obstacle
-   end type doubt_t
+   end type edit_place_t
 
-   !> A contact set to be tried, with up to two ends of contacts whose places are prescribed.
+   !> A contact set to be tried, with up to two ends of contacts whose places are prescribed. The prescribed length is that of a new
+   !> contact, of a free span beside the end of a line contact, or of either half of a free span inside a line contact.
    type :: neighbour_t
       integer :: edit = 0
       type(contact_span_t), allocatable :: set(:) !! contact set on strips, new contact spans without number
@@ -85,9 +86,9 @@ module neighbours
 contains
 
    !> Neighbours of a set at one place, in the order in which they are tried: by edits, and of one edit by lengths.
-   function neighbours_at(set, doubt, strip, length_of_new, near) result(found)
+   function neighbours_at(set, edit_place, strip, length_of_new, near) result(found)
       type(contact_span_t), intent(in) :: set(:)  !! contact set on strips, sorted
-      type(doubt_t), intent(in) :: doubt
+      type(edit_place_t), intent(in) :: edit_place
       type(strip_t), intent(in) :: strip     !! strip of the place
       real(wp), intent(in) :: length_of_new(:) !! prescribed lengths of a new contact or free span that are tried
       real(wp), intent(in) :: near           !! contacts within this distance of the place are edited
@@ -98,22 +99,29 @@ contains
       do k = 1, size(length_of_new)
          call edit_with(length_of_new(k), k)
       end do
-      rank = ranks(doubt%kind)
-      if (doubt%whole) rank(edit_ends) = 0
+      rank = ranks(edit_place%kind)
+      if (edit_place%whole) rank(edit_ends) = 0
       allocate (found(0))
       do r = 0, n_edits
          do k = 1, size(all)
             if (rank(all(k)%edit) /= r) cycle
             ! A contact whose force is not zero does not end.
-            if (all(k)%edit == edit_remove .and. doubt%kind == no_test) cycle
+            if (all(k)%edit == edit_remove .and. edit_place%kind == no_test) cycle
             if (.not. resolved(all(k))) cycle
             ! An edit without new length is the same for all lengths.
-            if (any([(found(i)%edit == all(k)%edit .and. same_set(found(i)%set, all(k)%set), i=1, size(found))])) cycle
+            if (any([(same_trial(found(i), all(k)), i=1, size(found))])) cycle
             found = [found, all(k)]
          end do
       end do
 
    contains
+
+      !> True if two neighbours are the same set with the same prescribed places.
+      pure logical function same_trial(one, other) result(same)
+         type(neighbour_t), intent(in) :: one, other
+         same = one%edit == other%edit .and. .not. any(one%held /= other%held) .and. (one%beyond .eqv. other%beyond)
+         if (same) same = same_set(one%set, other%set)
+      end function same_trial
 
       !> False if the mesh does not resolve what is new: the gap of a short free span between two points, which is smaller than its
       !> slack, or a short contact or free span of another kind. A line contact that begins inside a segment may be as short as any.
@@ -125,7 +133,7 @@ contains
          least = least_resolved
          if (one%edit == edit_spread .and. minval(one%held) > 0) least = 0.0_wp
          if (any(one%edit == [edit_part, edit_leave]) .and. size(one%set) > size(set)) least = least_gap
-         resolved = length_of_new(one%length) >= least * min(near, doubt%room)
+         resolved = length_of_new(one%length) >= least * min(near, edit_place%room)
       end function resolved
 
       !> Adds all edits with one length of a new contact or free span.
@@ -136,17 +144,17 @@ contains
          real(wp) :: at(1)
          first = size(all)
          do k = 1, size(set)
-            if (set(k)%rod_segment /= doubt%strip) cycle
-            at = brought_near(strip, [doubt%at], 0.5_wp * sum(set(k)%at))
+            if (set(k)%rod_segment /= edit_place%strip) cycle
+            at = brought_near(strip, [edit_place%at], 0.5_wp * sum(set(k)%at))
             if (at(1) < set(k)%at(1) - near .or. at(1) > set(k)%at(2) + near) cycle
             if (set(k)%line) then
-               call edit_line(set, k, at(1), doubt%width, doubt%beyond, strip, new, near, all)
+               call edit_line(set, k, at(1), edit_place%width, edit_place%beyond, strip, new, near, all)
             else
                call edit_point(set, k, strip, new, near, all)
             end if
          end do
-         call edit_free_spans(set, doubt, strip, near, all)
-         if (doubt%contact > 0 .and. doubt%kind == test_gap) call meet_obstacle(set, doubt, strip, new, all)
+         call edit_free_spans(set, edit_place, strip, near, all)
+         if (edit_place%contact > 0 .and. edit_place%kind == test_gap) call meet_obstacle(set, edit_place, strip, new, all)
          all(first + 1:)%length = number
       end subroutine edit_with
    end function neighbours_at
@@ -178,9 +186,9 @@ contains
 
    !> Adds the edits where a gap to an obstacle closes: a point contact begins; inside a line contact with another
    !> obstacle the rod also rises from this one on both sides of the point, or the whole line changes over.
-   subroutine meet_obstacle(set, doubt, strip, e, all)
+   subroutine meet_obstacle(set, edit_place, strip, e, all)
       type(contact_span_t), intent(in) :: set(:)
-      type(doubt_t), intent(in) :: doubt
+      type(edit_place_t), intent(in) :: edit_place
       type(strip_t), intent(in) :: strip
       real(wp), intent(in) :: e              !! prescribed length of the free span that opens on each side
       type(neighbour_t), allocatable, intent(inout) :: all(:)
@@ -190,19 +198,19 @@ contains
       logical :: lies
       lies = .false.
       do k = 1, size(set)
-         if (set(k)%rod_segment /= doubt%strip .or. set(k)%contact == doubt%contact .or. .not. set(k)%line) cycle
-         at = brought_near(strip, [doubt%at], 0.5_wp * sum(set(k)%at))
+         if (set(k)%rod_segment /= edit_place%strip .or. set(k)%contact == edit_place%contact .or. .not. set(k)%line) cycle
+         at = brought_near(strip, [edit_place%at], 0.5_wp * sum(set(k)%at))
          if (at(1) - e > set(k)%at(1) .and. at(1) + e < set(k)%at(2)) then
             lies = .true.
             new = opened(set, k, at(1) - e, at(1) + e)
-            call add(all, edit_rise, begun(new, doubt%contact, doubt%strip, at(1)), [k, size(new)], [2, 1])
+            call add(all, edit_rise, begun(new, edit_place%contact, edit_place%strip, at(1)), [k, size(new)], [2, 1])
          end if
          if (at(1) < set(k)%at(1) .or. at(1) > set(k)%at(2)) cycle
          new = set
-         new(k)%contact = doubt%contact
+         new(k)%contact = edit_place%contact
          call add(all, edit_change, new)
       end do
-      if (.not. lies) call add(all, edit_add, begun(set, doubt%contact, doubt%strip, doubt%at))
+      if (.not. lies) call add(all, edit_add, begun(set, edit_place%contact, edit_place%strip, edit_place%at))
    end subroutine meet_obstacle
 
    !> Adds the edits of point contact k.
@@ -334,9 +342,9 @@ contains
    end subroutine edit_line
 
    !> Adds the edits of free spans at a place: the whole span comes into contact, or the contacts beside it merge.
-   subroutine edit_free_spans(set, doubt, strip, near, all)
+   subroutine edit_free_spans(set, edit_place, strip, near, all)
       type(contact_span_t), intent(in) :: set(:)
-      type(doubt_t), intent(in) :: doubt
+      type(edit_place_t), intent(in) :: edit_place
       type(strip_t), intent(in) :: strip
       real(wp), intent(in) :: near
       type(neighbour_t), allocatable, intent(inout) :: all(:)
@@ -344,7 +352,7 @@ contains
       real(wp) :: ends(2), whole(2)
       whole = strip%ends()
       do k = 1, size(set)
-         if (set(k)%rod_segment /= doubt%strip) cycle
+         if (set(k)%rod_segment /= edit_place%strip) cycle
          next = following(k)
          if (next == 0 .and. strip%closed) then
             call edit_gap_over_ends(k)
@@ -396,7 +404,7 @@ contains
          integer, intent(in) :: beside(2)
          integer :: one, other
          real(wp) :: end, at(1)
-         at = brought_near(strip, [doubt%at], 0.5_wp * sum(ends))
+         at = brought_near(strip, [edit_place%at], 0.5_wp * sum(ends))
          if (.not. ends(2) > ends(1) .or. at(1) < ends(1) - near .or. at(1) > ends(2) + near) return
          call add(all, edit_lie_down, laid_down(set, beside, ends))
          if (ends(2) - ends(1) > 10.0_wp * near) return

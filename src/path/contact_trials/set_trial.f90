@@ -16,7 +16,7 @@ module set_trial
    use path_continuity, only: path_tangent_t, normal_plane
    use bordered_system, only: linearise
    use sized_equilibrium, only: solve_sized
-   use next_spans, only: next_t, new_next, settle
+   use other_set, only: other_set_t, new_other_set, settle
    use path_state, only: path_state_t
    use rod_strips, only: strip_t, on_segments, strip_place, brought_near
    use beginning_contacts, only: release
@@ -40,7 +40,7 @@ contains
       type(strip_t), intent(in) :: strip(:)
       type(neighbour_t), intent(in) :: neighbour
       logical, intent(in) :: first               !! true: `problem` has the present contact set
-      type(next_t), intent(out) :: next          !! its system is factored at its state
+      type(other_set_t), intent(out) :: next          !! its system is factored at its state
       logical, intent(out) :: found
       type(contact_span_t), allocatable :: contact_span(:)
       type(control_t) :: plane
@@ -48,7 +48,7 @@ contains
       logical :: free
       call on_segments(strip, problem%covered, neighbour%set, contact_span, found)
       if (.not. found) return
-      next = new_next(problem, state, numbered(contact_span, max(run%spans_begun, maxval([0, contact_span%number]))))
+      next = new_other_set(problem, state, numbered(contact_span, max(run%spans_begun, maxval([0, contact_span%number]))))
       call carry_forces(problem, state, next%problem, next%state)
       if (all(neighbour%held == 0)) then
          found = .not. neighbour%beyond
@@ -58,7 +58,7 @@ contains
             contact_span = moved_beyond(here, next%problem%contact_span)
             found = .not. any_overlap(contact_span)
             if (.not. found) return
-            next = new_next(problem, here%beyond, contact_span)
+            next = new_other_set(problem, here%beyond, contact_span)
             call settle(next, found)
          end if
          if (found .and. first .and. here%at_change .and. neighbour%edit == edit_add) call release(next, here%spans_begun + 1, free)
@@ -116,7 +116,7 @@ contains
    !> smooth. At a kink the tangent says nothing of the path of the other set, and the load is the unknown.
    function plane_at(here, next) result(plane)
       type(change_place_t), intent(in) :: here
-      type(next_t), intent(in) :: next
+      type(other_set_t), intent(in) :: next
       type(control_t) :: plane
       type(path_tangent_t) :: heading
       plane%method = method_load
@@ -144,7 +144,7 @@ contains
    !> Candidates (touchdown nodes) at the ends with prescribed places; 0: no end is prescribed, or it is fixed at a segment
    !> boundary.
    function held_ends(next, strip, neighbour) result(ends)
-      type(next_t), intent(in) :: next
+      type(other_set_t), intent(in) :: next
       type(strip_t), intent(in) :: strip(:)
       type(neighbour_t), intent(in) :: neighbour
       integer :: ends(2), i, c, on, nearest

@@ -30,7 +30,7 @@ module set_validity
    use path_state, only: path_state_t
    use test_kinds, only: span_test_t, any_fails, test_slack, test_gap, test_force, test_curvature, test_pressure, &
       & test_vanishing, test_couple
-   use next_spans, only: next_t, copy_next, tests_of
+   use other_set, only: other_set_t, copy_other_set, tests_of
    use reachability, only: leads_to_next, far, within_reach
    use set_onset, only: find_onset
    use step_off, only: tangent_along, along, step_by, failing
@@ -50,14 +50,14 @@ module set_validity
    real(wp), parameter :: least_change = 1.0e-6_wp !! change of the load factor that an increment can make / first increment
 
    !> The run's point, from which another contact set is sought.
-   type, extends(next_t) :: change_place_t
+   type, extends(other_set_t) :: change_place_t
       real(wp) :: least_load = 0.0_wp             !! least reference value for changes of the load factor
       real(wp) :: travelled = 0.0_wp              !! length of the path behind this point, as a displacement: a structure may be
       !! back where it was
       logical :: at_change = .false.              !! true: the change is located at this point
       logical :: vanishes = .false.               !! true: a free span is about to vanish just ahead
       logical :: kink = .true.                    !! false: the path is smooth at the located change
-      logical :: pivots_tell = .true.             !! false: the stiffness of the present set is singular here
+      logical :: pivots_are_reliable = .true.             !! false: the stiffness of the present set is singular here
       type(span_test_t) :: zero                   !! the test that is zero at the located change
       integer :: spans_begun = 0                  !! last number given to a contact span
       type(state_t), allocatable :: beyond        !! equilibrium of the present set beyond the change, where a test fails
@@ -65,7 +65,7 @@ module set_validity
 
    !> A contact set that is tried, with an equilibrium.
    type :: tried_set_t
-      type(next_t) :: set                         !! its first equilibrium, in which a new contact or free span has a prescribed
+      type(other_set_t) :: set  !! its first equilibrium, in which a new contact or free span has a prescribed
       !! length; the path tangent points onward
       logical :: sized = .false.                  !! true: a length is prescribed
       integer :: edits = 0                        !! edits by which the set differs from the present one
@@ -101,14 +101,14 @@ contains
       here%zero = zero(1)
       here%kink = any(zero(1)%kind == [test_gap, test_force, test_vanishing, test_couple])
       ! The place of an osculating contact is undetermined.
-      here%pivots_tell = zero(1)%kind /= test_curvature
+      here%pivots_are_reliable = zero(1)%kind /= test_curvature
    end function new_change_place
 
    !> True if an equilibrium is near enough to be on the same path, by displacements and load factor: to the run's point, or to the
    !> equilibrium of the present set beyond the change.
    logical function is_near(here, next)
       type(change_place_t), intent(in) :: here
-      type(next_t), intent(in) :: next
+      type(other_set_t), intent(in) :: next
       is_near = is_near_to(here%state)
       if (.not. is_near .and. allocated(here%beyond)) is_near = is_near_to(here%beyond)
 
@@ -136,7 +136,7 @@ contains
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here
       type(tried_set_t), intent(inout) :: trial       !! in: set with its equilibrium, its edits and whether it is sized
-      type(next_t) :: there
+      type(other_set_t) :: there
       type(span_test_t), allocatable :: tests(:)
       real(wp) :: least, before                   ! least value of the tests at the last point and at the set's first equilibrium
       real(wp) :: distance, onset                 ! from the first equilibrium to the last point, and to where the tests hold
@@ -151,7 +151,7 @@ contains
          if (here%at_change .and. (decides .or. any(trial%edit == [edit_open, edit_end_off]))) then
             if (.not. goes_on_smoothly(here, set)) return
          end if
-         call copy_next(set, there)
+         call copy_other_set(set, there)
          do sense = 1, merge(1, 2, decides .or. .not. here%kink)
             if (sense == 2) then
                set%tangent%u = -set%tangent%u
@@ -211,7 +211,7 @@ contains
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here
       type(tried_set_t), intent(inout) :: trial
-      type(next_t) :: nearer
+      type(other_set_t) :: nearer
       type(span_test_t), allocatable :: tests(:)
       logical :: ahead
       integer :: k
@@ -220,7 +220,7 @@ contains
       if (.not. trial%valid) return
       ! The path goes on from a point nearer to the onset, if there is one.
       associate (set => trial%set, there => trial%there)
-         call copy_next(set, nearer)
+         call copy_other_set(set, nearer)
          do k = 1, size(step_ahead)
             nearer%system = set%system
             call step_by(set, set%tangent, step_ahead(k), nearer%state, nearer%system, tests)
@@ -242,7 +242,7 @@ contains
    logical function on_path(run, here, there)
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here
-      type(next_t), intent(in) :: there
+      type(other_set_t), intent(in) :: there
       on_path = here%at_change
       if (.not. on_path) on_path = path_length(there%problem, carried(here%problem, here%state, there%problem), there%state) <= &
          & within_reach * run%last_length
@@ -257,7 +257,7 @@ contains
    logical function complement_grows(here, trial, there) result(grows)
       type(change_place_t), intent(in) :: here
       type(tried_set_t), intent(in) :: trial
-      type(next_t), intent(in) :: there           !! the set, at another point of its path
+      type(other_set_t), intent(in) :: there  !! the set, at another point of its path
       type(contact_span_t), allocatable :: before(:)
       integer :: c
       grows = .true.
@@ -280,8 +280,8 @@ contains
    !> equilibrium lies ahead, and no eigenvalue has changed its sign.
    logical function goes_on_smoothly(here, next) result(smoothly)
       type(change_place_t), intent(in) :: here
-      type(next_t), intent(in) :: next            !! with its path tangent, in the direction in which the path arrives at `here`
-      smoothly = .not. here%pivots_tell .or. next%system%negative_pivots == here%system%negative_pivots
+      type(other_set_t), intent(in) :: next  !! with its path tangent, in the direction in which the path arrives at `here`
+      smoothly = .not. here%pivots_are_reliable .or. next%system%negative_pivots == here%system%negative_pivots
       if (smoothly) smoothly = along(next, next%tangent, displacement_between(next%problem, carried(here%problem, here%state, &
          & next%problem), next%state), next%state%load_factor - here%state%load_factor, here%state%load_factor) >= 0.0_wp
    end function goes_on_smoothly
@@ -293,7 +293,7 @@ contains
    logical function gaps_are_open(here, trial, next, tests) result(open)
       type(change_place_t), intent(in) :: here
       type(tried_set_t), intent(in) :: trial
-      type(next_t), intent(in) :: next            !! the set at its first equilibrium, or a short step further
+      type(other_set_t), intent(in) :: next  !! the set at its first equilibrium, or a short step further
       type(span_test_t), intent(in) :: tests(:)   !! its tests there
       real(wp) :: least
       least = -rounding_gap(next%problem)
@@ -313,7 +313,7 @@ contains
    !> True if the load factor differs from that of the run's point by more than the smallest increment.
    pure logical function load_changes(here, next)
       type(change_place_t), intent(in) :: here
-      type(next_t), intent(in) :: next
+      type(other_set_t), intent(in) :: next
       load_changes = abs(next%state%load_factor - here%state%load_factor) > least_change * here%least_load
    end function load_changes
 
@@ -327,7 +327,7 @@ contains
    subroutine copy_trial(from, to)
       type(tried_set_t), intent(in) :: from
       type(tried_set_t), intent(inout) :: to
-      call copy_next(from%set, to%set)
+      call copy_other_set(from%set, to%set)
       to%sized = from%sized
       to%edits = from%edits
       to%edit = from%edit

@@ -11,7 +11,7 @@ module step_off
    use corrector, only: increment_t, correct
    use test_kinds, only: span_test_t, test_slack
    use span_tests, only: run_span_tests
-   use next_spans, only: next_t
+   use other_set, only: other_set_t
    implicit none
    private
    public :: tangent_along, along, step_by, failing
@@ -21,7 +21,7 @@ contains
    !> Path tangent of a set at its equilibrium, oriented along a given direction: displacements and load factor are measured by
    !> their present values, as in `step_by`.
    function tangent_along(next, direction, load) result(heading)
-      type(next_t), intent(in) :: next           !! system factored
+      type(other_set_t), intent(in) :: next           !! system factored
       real(wp), intent(in) :: direction(:, :)    !! (3, nodes of next)
       real(wp), intent(in) :: load               !! load factor's component of the direction
       type(path_tangent_t) :: heading
@@ -33,7 +33,7 @@ contains
 
    !> Product of a path tangent and a direction, both measured by the present displacements and load factor.
    real(wp) function along(next, heading, direction, load, whole_load)
-      type(next_t), intent(in) :: next
+      type(other_set_t), intent(in) :: next
       type(path_tangent_t), intent(in) :: heading
       real(wp), intent(in) :: direction(:, :)    !! (3, nodes of next)
       real(wp), intent(in) :: load               !! load factor's component of the direction
@@ -44,13 +44,13 @@ contains
 
    !> Square of the total displacement; at least the square of the smallest displacement that half of the digits resolve.
    real(wp) function whole_square(next)
-      type(next_t), intent(in) :: next
+      type(other_set_t), intent(in) :: next
       whole_square = max(metric(next%problem, next%state%u, next%state%u), epsilon(whole_square))
    end function whole_square
 
    !> Steps from the equilibrium of a set along the path tangent, and runs all tests there.
    subroutine step_by(next, heading, distance, state, system, tests)
-      type(next_t), intent(in) :: next
+      type(other_set_t), intent(in) :: next
       type(path_tangent_t), intent(in) :: heading
       real(wp), intent(in) :: distance           !! largest change, as a share of the total displacement and of the load factor
       type(state_t), intent(out) :: state

@@ -4,7 +4,7 @@
 !> Increments with contact at nodes begin with the present contact set (active_nodes) and are not recorded. They continue until the
 !> contact at nodes corresponds to point and line contacts that pass their tests (find_spans_ahead). The path then goes back to the
 !> first point at which this contact set is valid (go_back). That point must be near the present point (is_near). The contacts lost
-!> and gained are found by comparison of the two sets (tell_differences).
+!> and gained are found by comparison of the two sets (label_and_number).
 module contact_in_doubt
    use kinds, only: wp
    use model, only: method_load, method_cylindrical
@@ -15,9 +15,9 @@ module contact_in_doubt
    use span_problem, only: new_sampled_problem
    use span_candidates, only: present_contact_spans
    use nodes_to_spans, only: find_spans_ahead
-   use next_spans, only: next_t
+   use other_set, only: other_set_t
    use set_onset, only: go_back
-   use set_differences, only: tell_differences
+   use set_differences, only: label_and_number
    use state_transfer, only: carried, carried_field
    use path_control, only: control_t, is_arc_length, displacement_between, path_length
    use path_continuity, only: path_tangent_at
@@ -38,7 +38,7 @@ contains
       type(problem_t), intent(in) :: problem       !! problem with the present contact spans
       type(path_state_t), intent(in) :: run
       real(wp), intent(in) :: reach                !! size of the increment that failed, in the units of the controlled quantity
-      type(next_t), intent(out) :: next
+      type(other_set_t), intent(out) :: next
       logical, intent(out) :: found
       type(problem_t) :: nodes
       type(path_state_t) :: on
@@ -78,7 +78,7 @@ contains
       if (path_length(next%problem, here, ahead) <= 0.0_wp) here = carried(problem, run%last%state, next%problem)
       next%tangent = path_tangent_at(next%problem, next%system, displacement_between(next%problem, here, ahead), &
          & ahead%load_factor - here%load_factor)
-      call tell_differences(problem, run%last%state, 1.0_wp / minval(nodes%element_last - nodes%element_first + 1), &
+      call label_and_number(problem, run%last%state, 1.0_wp / minval(nodes%element_last - nodes%element_first + 1), &
          & run%spans_begun, next)
       ! The contact changes lie between the present point and the one found; other contact sets may exist in between, unless the
       ! load factors of both are equal within the tolerance.
@@ -93,7 +93,7 @@ contains
    logical function is_near(problem, run, next, apart) result(near)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(next_t), intent(in) :: next
+      type(other_set_t), intent(in) :: next
       real(wp), intent(in) :: apart !! path distance between the present point and the equilibrium with the same contact set at
       !! nodes
       real(wp) :: rise, jump

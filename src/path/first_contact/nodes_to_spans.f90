@@ -8,7 +8,7 @@ module nodes_to_spans
    use contact_set_edits, only: same_set
    use track_nodes, only: rod_angle
    use test_kinds, only: test_slack, test_gap
-   use next_spans, only: next_t, new_next, settle, holds
+   use other_set, only: other_set_t, new_other_set, settle, holds
    use reachability, only: leads_to_next
    use path_control, only: set_tangent
    use path_continuity, only: relation_t, relate, same_path, too_far
@@ -32,7 +32,7 @@ contains
       type(path_state_t), intent(in) :: run
       type(problem_t), intent(in) :: nodes       !! problem on a mesh whose nodes detect contact
       type(path_state_t), intent(inout) :: on !! in: the run on the mesh of `nodes`; out: the run at the start of the last increment
-      type(next_t), intent(out) :: next          !! its contact spans have the numbers 1, 2, ...
+      type(other_set_t), intent(out) :: next          !! its contact spans have the numbers 1, 2, ...
       real(wp), intent(out) :: first             !! load factor after the first increment
       logical, intent(out) :: found
       type(increment_t), intent(out) :: report   !! report of the last increment
@@ -75,7 +75,7 @@ contains
    subroutine find_spans(problem, trial, next, found, why)
       type(problem_t), intent(in) :: problem     !! problem on a mesh whose nodes detect contact
       type(state_t), intent(in) :: trial
-      type(next_t), intent(out) :: next          !! its contact spans have the numbers 1, 2, ...
+      type(other_set_t), intent(out) :: next          !! its contact spans have the numbers 1, 2, ...
       logical, intent(out) :: found
       character(:), allocatable, intent(out) :: why !! reason why no contact spans were found
       type(contact_span_t), allocatable :: contact_span(:), first(:)
@@ -100,7 +100,7 @@ contains
          why = 'two obstacles touch the rod at one place'
          found = .not. any([(any([(meet(contact_span(c), contact_span(i)), i=1, c - 1)]), c=1, size(contact_span))])
          if (.not. found) return
-         next = new_next(problem, trial, contact_span)
+         next = new_other_set(problem, trial, contact_span)
          call settle(next, found)
          why = 'equilibrium was not found'
          if (.not. found) return

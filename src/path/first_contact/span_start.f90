@@ -5,7 +5,7 @@ module span_start
    use rod_state, only: candidate_gap, may_react
    use contact_spans, only: contact_span_t
    use span_problem, only: new_span_problem, new_sampled_problem, place_spans
-   use next_spans, only: next_t
+   use other_set, only: other_set_t
    use entering_contact_set, only: bound_for
    use nodes_to_spans, only: find_spans_ahead, most_increments
    use set_onset, only: go_back
@@ -92,7 +92,7 @@ contains
 
    !> True if a contact span began after the start: at the nearest local minimum of the gap the gap at the start was positive.
    logical function gains_contact(next) result(gains)
-      type(next_t), intent(in) :: next
+      type(other_set_t), intent(in) :: next
       integer :: k
       associate (problem => next%problem)
          gains = any([(carries(problem%contact_span(k)) .and. nearest_gap(problem, &
@@ -207,7 +207,7 @@ contains
       type(path_state_t), intent(inout) :: run          !! the run at the start of the path
       type(path_point_t), intent(out) :: trial
       type(increment_t), intent(out) :: report
-      type(next_t) :: next
+      type(other_set_t) :: next
       type(path_state_t) :: on
       character(:), allocatable :: why
       real(wp) :: first

@@ -6,7 +6,7 @@ module increment_retries
    use problem, only: problem_t
    use path_state, only: path_state_t
    use path_outcome, only: outcome_t
-   use set_mending, only: find_other_set
+   use continuing_with_set, only: find_other_set
    use span_mesh, only: refine_mesh
    use attempt, only: attempt_t
    use path_record, only: recorder_t

@@ -13,7 +13,7 @@ module beginning_contacts
    use span_forces, only: end_force
    use path_control, only: control_t
    use corrector, only: increment_t, correct
-   use next_spans, only: next_t, copy_next, new_next
+   use other_set, only: other_set_t, copy_other_set, new_other_set
    implicit none
    private
    public :: begin_contacts, release, candidate_of
@@ -27,7 +27,7 @@ contains
       type(state_t), intent(in) :: state         !! of `problem`, at the zero of the gaps
       type(span_test_t), intent(inout) :: begins(:) !! tests of the gaps; out: at the places of the new contacts
       integer, intent(in) :: last                !! last number given to a contact span
-      type(next_t), intent(out) :: next          !! the new set, with tangent not known; its last contact spans are the new ones
+      type(other_set_t), intent(out) :: next  !! the new set, with tangent not known; its last contact spans are the new ones
       logical, intent(out) :: found              !! false: no force-free equilibrium near this state
       type(contact_span_t) :: new(size(begins))
       integer :: k, c
@@ -35,7 +35,7 @@ contains
          new(k) = contact_span_t(contact=begins(k)%contact, rod_segment=begins(k)%rod_segment, &
             & at=spread(beginning_place(problem, begins(k)), 1, 2))
       end do
-      next = new_next(problem, state, numbered([present_contact_spans(problem, state), new], last))
+      next = new_other_set(problem, state, numbered([present_contact_spans(problem, state), new], last))
       call release(next, last + size(begins), found)
       if (.not. found) return
       do k = 1, size(begins)
@@ -46,20 +46,20 @@ contains
 
    !> Moves a set to the load factor at which the force of a point contact is zero.
    subroutine release(next, number, found)
-      type(next_t), intent(inout) :: next        !! unchanged if there is no such equilibrium
+      type(other_set_t), intent(inout) :: next  !! unchanged if there is no such equilibrium
       integer, intent(in) :: number              !! number of the contact span
       logical, intent(out) :: found              !! false: no equilibrium near the state
       integer, parameter :: most = 8             ! iterations; more let the position of a force-free point contact drift
       type(control_t) :: control
       type(increment_t) :: report
-      type(next_t) :: free
+      type(other_set_t) :: free
       type(state_t) :: base
       real(wp) :: rate
       integer :: c, try
       c = candidate_of(next%problem, number)
       found = .true.
       if (c == 0) return
-      call copy_next(next, free)
+      call copy_other_set(next, free)
       control%method = method_load
       control%increment = 0.0_wp
       ! Rounding of the residual is measured by the load, because the increment may be arbitrarily small.
@@ -76,7 +76,7 @@ contains
          if (abs(control%increment) <= 10.0_wp * epsilon(rate) * abs(free%state%load_factor)) exit
       end do
       found = found .and. abs(control%increment) <= sqrt(epsilon(rate)) * abs(free%state%load_factor)
-      if (found) call copy_next(free, next)
+      if (found) call copy_other_set(free, next)
    end subroutine release
 
    !> Position along the rod segment where a contact begins: the place of the gap, or a segment boundary that allows rolling if it

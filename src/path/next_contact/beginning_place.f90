@@ -12,7 +12,7 @@ module beginning_place
    use contact_spans, only: contact_span_t
    use span_candidates, only: present_contact_spans
    use beginning_contacts, only: begin_contacts
-   use next_spans, only: next_t
+   use other_set, only: other_set_t
    use path_control, only: control_t, path_length
    use path_continuity, only: largest_distance
    use path_point, only: path_point_t
@@ -50,7 +50,7 @@ contains
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
       type(change_t), intent(inout) :: change    !! unchanged if no equilibrium with the new contact is found nearby
-      type(next_t) :: touched
+      type(other_set_t) :: touched
       type(path_point_t) :: better
       type(control_t) :: control
       type(increment_t) :: anew

@@ -29,7 +29,7 @@ contains
       integer :: k
       call copy_problem(problem, turning)
       turning%candidates%follows([candidate, too]) = problem%candidates%rolls([candidate, too])
-      call go_to_excess(turning, candidate, 0.0_wp, least_told(problem), place, found)
+      call go_to_excess(turning, candidate, 0.0_wp, least_resolved_curvature(problem), place, found)
       if (.not. found) return
       do k = 1, size(too)
          place%reaction(too(k)) = point_force(problem, place, too(k))
@@ -68,10 +68,10 @@ contains
    end subroutine turn_at_least_curvature
 
    !> Least relative curvature that differs significantly from zero.
-   pure real(wp) function least_told(problem) result(excess)
+   pure real(wp) function least_resolved_curvature(problem) result(excess)
       type(problem_t), intent(in) :: problem
       excess = 10.0_wp * curvature_slack / problem%size
-   end function least_told
+   end function least_resolved_curvature
 
    !> Finds the equilibrium at which a point contact has a given relative curvature.
    subroutine go_to_excess(problem, candidate, excess, whole, state, found)

@@ -11,10 +11,10 @@ module set_differences
    use rod_strips, only: strip_t, find_strips, strip_place, on_strips, brought_near
    use span_candidates, only: present_contact_spans
    use breakpoint_forces, only: stands
-   use next_spans, only: next_t
+   use other_set, only: other_set_t
    implicit none
    private
-   public :: tell_differences
+   public :: label_and_number
 
 contains
 
@@ -22,12 +22,12 @@ contains
    !> gained (C+) where a contact continues none, or several that merge; it is lost (C-) where a contact is continued by none, or by
    !> several (it splits); if contacts are gained and lost at once, the larger number counts. A contact that only moves gives no
    !> label.
-   subroutine tell_differences(problem, state, near, last, next)
+   subroutine label_and_number(problem, state, near, last, next)
       type(problem_t), intent(in) :: problem       !! with the present set
       type(state_t), intent(in) :: state           !! of `problem`, at the change
       real(wp), intent(in) :: near                 !! distance within which one contact continues another / length of the strip
       integer, intent(in) :: last                  !! last number given to a contact span
-      type(next_t), intent(inout) :: next          !! receives the label; its contact spans get their numbers
+      type(other_set_t), intent(inout) :: next          !! receives the label; its contact spans get their numbers
       type(strip_t), allocatable :: strip(:)
       logical, allocatable :: same(:, :)
       integer :: gained, split, lost
@@ -43,7 +43,7 @@ contains
       if (lost > gained) next%label = 'C-'
       next%times = max(gained, lost)
       next%divides = next%label == 'C-' .and. lost == split
-   end subroutine tell_differences
+   end subroutine label_and_number
 
    !> Contact spans of a state in coordinates along the strips.
    function placed(strip, problem, state) result(set)
@@ -78,7 +78,7 @@ contains
    !> `near`, at most to the middle between two of the set.
    function continued(strip, near, before, now) result(same)
       type(strip_t), intent(in) :: strip(:)
-      real(wp), intent(in) :: near                 !! as in tell_differences
+      real(wp), intent(in) :: near                 !! as in label_and_number
       type(contact_span_t), intent(in) :: before(:), now(:) !! contacts on strips
       logical :: same(size(before), size(now))
       same = overlap(before, now) .or. transpose(overlap(now, before))

@@ -4,7 +4,7 @@ module set_onset
    use kinds, only: wp
    use model, only: step_t, method_load
    use problem, only: problem_t, rounding_gap
-   use next_spans, only: next_t, copy_next, go_to_load
+   use other_set, only: other_set_t, copy_other_set, go_to_load
    use test_kinds, only: span_test_t, any_fails, test_length, test_boundary_span
    use span_tests, only: least_length
    use converged_state, only: contact_holds
@@ -33,19 +33,19 @@ contains
       type(step_t), intent(in) :: step
       type(problem_t), intent(in) :: problem     !! problem with the present set
       type(path_state_t), intent(in) :: run      !! the last point at which the present set is known to be valid
-      type(next_t), intent(inout) :: next        !! in: the set at a point where its tests are satisfied, with its path tangent;
+      type(other_set_t), intent(inout) :: next  !! in: the set at a point where its tests are satisfied, with its path tangent;
       !! out: at its onset, its test the one that is zero there; at the nearest valid point if the zero is not located
       logical, intent(out) :: ahead              !! false: the set belongs to another path: it begins behind the run's point, or is
       !! valid there with another equilibrium
       type(path_state_t) :: back
       type(path_point_t) :: trial
-      type(next_t) :: outside
+      type(other_set_t) :: outside
       type(step_interval_t) :: interval
       type(change_t) :: change
-      type(next_t) :: known
+      type(other_set_t) :: known
       type(step_t) :: fine
       ahead = .not. valid_elsewhere()
-      call copy_next(next, known)
+      call copy_other_set(next, known)
       call go_back(run%last%state%load_factor, next, outside)
       if (.not. allocated(outside%state%u)) return
       call linearise(next%problem, next%state, next%state, next%system)
@@ -82,9 +82,9 @@ contains
 
       !> True if the set is valid at the load of the run's point, with another equilibrium.
       logical function valid_elsewhere() result(elsewhere)
-         type(next_t) :: there
+         type(other_set_t) :: there
          type(span_test_t), allocatable :: tests(:)
-         call copy_next(next, there)
+         call copy_other_set(next, there)
          call go_to_load(there, run%last%state%load_factor, tests)
          elsewhere = allocated(tests)
          if (elsewhere) elsewhere = .not. any_fails(tests) .and. contact_holds(there%problem, there%state, there%system)
@@ -94,7 +94,7 @@ contains
 
       !> Path tangent of the set, from its valid point to the other one.
       function heading(at) result(tangent)
-         type(next_t), intent(in) :: at
+         type(other_set_t), intent(in) :: at
          type(path_tangent_t) :: tangent
          tangent = path_tangent_at(at%problem, at%system, displacement_between(next%problem, next%state, outside%state), &
             & outside%state%load_factor - next%state%load_factor)
@@ -105,9 +105,9 @@ contains
    !> interval. At the change itself a new contact or free span has zero length, so shorter ones than elsewhere are valid.
    subroutine go_back(to, next, outside)
       real(wp), intent(in) :: to
-      type(next_t), intent(inout) :: next  !! in: the next set at a point further on; out: at the farthest point back that was found
-      !! valid
-      type(next_t), intent(out), optional :: outside !! the set at an equilibrium beyond its onset, where a test fails; its
+      type(other_set_t), intent(inout) :: next  !! in: the next set at a point further on; out: at the farthest point back that
+      !! was found valid
+      type(other_set_t), intent(out), optional :: outside !! the set at an equilibrium beyond its onset, where a test fails; its
       !! state is not allocated if none was found. Present: the interval is halved until there is one
       real(wp) :: fails                    ! load factor at which the set fails
       integer :: try
@@ -127,12 +127,12 @@ contains
       subroutine test_at(load)
          real(wp), intent(in) :: load
          type(span_test_t), allocatable :: tests(:)
-         type(next_t) :: there
-         call copy_next(next, there)
+         type(other_set_t) :: there
+         call copy_other_set(next, there)
          call go_to_load(there, load, tests)
          holds = allocated(tests)
          if (holds .and. present(outside)) then
-            if (any_fails(tests)) call copy_next(there, outside)
+            if (any_fails(tests)) call copy_other_set(there, outside)
          end if
          if (holds) then
             where (tests%kind == test_length .or. tests%kind == test_boundary_span)
@@ -140,7 +140,7 @@ contains
             end where
             holds = .not. any_fails(tests) .and. contact_holds(there%problem, there%state, there%system)
          end if
-         if (holds) call copy_next(there, next)
+         if (holds) call copy_other_set(there, next)
          if (.not. holds) fails = load
       end subroutine test_at
    end subroutine go_back

@@ -14,7 +14,7 @@ module vanished_length
    use contact_set_edits, only: end_moved, shrunk
    use span_candidates, only: present_contact_spans
    use test_kinds, only: span_test_t, test_couple, test_force, test_curvature, test_slope, test_length
-   use next_spans, only: next_t, new_next, go_to_load, tests_of
+   use other_set, only: other_set_t, new_other_set, go_to_load, tests_of
    implicit none
    private
    public :: find_vanished
@@ -30,7 +30,7 @@ contains
       type(state_t), intent(in) :: state         !! equilibrium of `problem`
       type(span_test_t), intent(in) :: test      !! its test of the length: of kind test_length or test_boundary_span
       real(wp), intent(in) :: step               !! first step of the load factor
-      type(next_t), intent(out) :: next          !! the set without the length; its test is the one that is zero
+      type(other_set_t), intent(out) :: next          !! the set without the length; its test is the one that is zero
       logical, intent(out) :: found              !! false: no such length, or no such equilibrium
       type(span_test_t), allocatable :: tests(:)
       real(wp) :: load(2), value(2)
@@ -98,7 +98,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: test
-      type(next_t), intent(out) :: next
+      type(other_set_t), intent(out) :: next
       integer, intent(out) :: c                  !! candidate at the boundary or support; 0: none
       logical, intent(out) :: meets              !! true: two line contacts meet at the boundary
       logical, intent(out) :: at_support         !! true: contact beside a support on the obstacle is lost
@@ -122,7 +122,7 @@ contains
          number = set(k)%number
          call bring_to_boundary(problem, k, side, set, meets)
       end if
-      next = new_next(problem, state, set)
+      next = new_other_set(problem, state, set)
       if (at_support) next%label = 'C-'
       k = findloc(next%problem%contact_span%number, number, 1)
       c = next%problem%contact_span(k)%candidate(side)

@@ -66,7 +66,7 @@ module path_state
    type :: since_change_t
       logical :: shrunk = .false. !! true: a line contact has just become a point contact, and the stored test values are still
       !! those of the line contact. An eigenvalue may have changed its sign there; zero_at_end and smooth_zero find it. Set by
-      !! set_mending; valid until the next point (event_recording)
+      !! continuing_with_set; valid until the next point (event_recording)
       real(wp) :: at = 0.0_wp                    !! arc length at the last contact change
    end type since_change_t
 

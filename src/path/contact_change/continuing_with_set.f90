@@ -1,12 +1,12 @@
 !> Continues with another contact set: with that which trials found at a located change, or with a neighbour of the present set
 !> where no increment converges or no set was found at a change (contact_trials). If no neighbour is valid, contact at many nodes
 !> gives the set (contact_in_doubt).
-module set_mending
+module continuing_with_set
    use kinds, only: wp
    use model, only: step_t
    use problem, only: problem_t, copy_problem
    use test_kinds, only: span_test_t, any_fails, test_length, test_pressure
-   use next_spans, only: next_t, copy_next, go_to_load
+   use other_set, only: other_set_t, copy_other_set, go_to_load
    use contact_trials, only: try_sets
    use contact_in_doubt, only: ask_nodes
    use step_off, only: tangent_along
@@ -38,7 +38,7 @@ contains
       logical, intent(out) :: changed            !! false: no other set was found
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
-      type(next_t) :: first, next
+      type(other_set_t) :: first, next
       finished = .false.
       call try_sets(problem, step, run, run%last, first, next, changed)
       if (changed) then
@@ -61,8 +61,8 @@ contains
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(span_test_t), intent(in) :: test      !! the test that is zero there
-      type(next_t), intent(in) :: first          !! equilibrium of the set nearest to the change, see try_sets
-      type(next_t), intent(inout) :: next        !! equilibrium from which increments can go on; may be the same
+      type(other_set_t), intent(in) :: first          !! equilibrium of the set nearest to the change, see try_sets
+      type(other_set_t), intent(inout) :: next        !! equilibrium from which increments can go on; may be the same
       class(recorder_t), intent(inout) :: recorder
       type(request_t), intent(inout) :: request  !! receives the next trial, if there is one
       logical, intent(out) :: finished
@@ -93,7 +93,7 @@ contains
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      type(next_t), intent(in) :: first, next    !! the nearest equilibrium and the other one
+      type(other_set_t), intent(in) :: first, next    !! the nearest equilibrium and the other one
       type(request_t), intent(inout) :: request  !! receives the other one as the next trial
       logical, intent(out) :: leads
       type(problem_t) :: on
@@ -119,20 +119,20 @@ contains
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       logical, intent(in) :: smooth              !! the path has no corner at the run's point
-      type(next_t), intent(inout) :: first       !! with its path tangent
+      type(other_set_t), intent(inout) :: first       !! with its path tangent
       logical, intent(out) :: passes             !! true: a value still lies between; the set has no valid equilibrium nearer
-      type(next_t) :: nearer
+      type(other_set_t) :: nearer
       type(span_test_t), allocatable :: tests(:)
       do
          passes = passes_value(problem, step, run, first, smooth)
          if (.not. passes) return
-         call copy_next(first, nearer)
+         call copy_other_set(first, nearer)
          call go_to_load(nearer, run%last%state%load_factor + nearer_by * (first%state%load_factor - &
             & run%last%state%load_factor), tests)
          if (.not. allocated(tests)) return
          if (any_fails(tests) .or. .not. abs(nearer%state%load_factor - first%state%load_factor) > 0.0_wp) return
          nearer%tangent = tangent_along(nearer, first%tangent%u, first%tangent%load)
-         call copy_next(nearer, first)
+         call copy_other_set(nearer, first)
       end do
    end subroutine come_before_values
 
@@ -142,7 +142,7 @@ contains
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      type(next_t), intent(inout) :: first, next  !! first equilibrium of the set and a later one at which all its tests are
+      type(other_set_t), intent(inout) :: first, next  !! first equilibrium of the set and a later one at which all its tests are
       !! satisfied, see try_sets
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: finished
@@ -151,4 +151,4 @@ contains
       if (finished .or. allocated(outcome%why)) return
       call go_to_next(problem, step, run, next, recorder, finished, outcome)
    end subroutine begin_set
-end module set_mending
+end module continuing_with_set

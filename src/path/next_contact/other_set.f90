@@ -1,5 +1,5 @@
 !> Another contact set with its equilibrium: transferred from a state of the present set and solved at any load factor.
-module next_spans
+module other_set
    use kinds, only: wp, parallel
    use model, only: method_load
    use problem, only: problem_t
@@ -16,11 +16,11 @@ module next_spans
    use corrector, only: increment_t, correct
    implicit none
    private
-   public :: next_t, copy_next, new_next, release_held_twice, settle, go_to_load, tests_of, holds
+   public :: other_set_t, copy_other_set, new_other_set, release_held_twice, settle, go_to_load, tests_of, holds
 
    !> Point of the path with another contact set, found before the run accepts this set. Its tangent is the path tangent with
    !> which the present set arrives at the point; it is not known at the start of a step, where nothing has been displaced yet.
-   type, extends(path_point_t) :: next_t
+   type, extends(path_point_t) :: other_set_t
       type(problem_t) :: problem
       type(increment_t) :: report = increment_t(converged=.true.)
       character(2) :: label = '  '                !! label of the point: contact gained (C+) or lost (C-)
@@ -28,28 +28,28 @@ module next_spans
       integer :: times = 1                        !! number of contacts gained or lost
       integer :: test = 0                         !! index of the test that is zero at the state, 0: none
       logical :: located = .true.                 !! false: the change is somewhere between the run's point and this state
-   end type next_t
+   end type other_set_t
 
 contains
 
    !> Copies such a point; a procedure for the reason given at copy_problem.
-   pure subroutine copy_next(from, to)
-      type(next_t), intent(in) :: from
-      type(next_t), intent(inout) :: to
+   pure subroutine copy_other_set(from, to)
+      type(other_set_t), intent(in) :: from
+      type(other_set_t), intent(inout) :: to
       to = from
-   end subroutine copy_next
+   end subroutine copy_other_set
 
    !> Another contact set, not in equilibrium yet.
-   function new_next(problem, state, contact_span) result(next)
+   function new_other_set(problem, state, contact_span) result(next)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state          !! state of `problem`, the first guess
       type(contact_span_t), intent(in) :: contact_span(:) !! contact spans of the other set, with ends as in the state
-      type(next_t) :: next
+      type(other_set_t) :: next
       next%problem = new_span_problem(problem, contact_span)
       next%state = carried(problem, state, next%problem)
       call release_held_twice(next%problem, next%state)
       next%system = new_system(next%problem)
-   end function new_next
+   end function new_other_set
 
    !> Releases contacts of nodes with rigid obstacles if a contact span holds the node in the same direction: two rigid obstacles
    !> cannot constrain a node along one line, and the forces of both would be undetermined. A released contact that must carry a
@@ -80,7 +80,7 @@ contains
    !> Finds the equilibrium at the state's load factor: first with fixed touchdown points, because only forces in equilibrium
    !> determine the places of the touchdown points.
    subroutine settle(next, found, plane)
-      type(next_t), intent(inout) :: next
+      type(other_set_t), intent(inout) :: next
       logical, intent(out) :: found
       type(control_t), intent(in), optional :: plane !! plane in which the equilibrium is sought; absent: the load is held
       integer :: c
@@ -105,7 +105,7 @@ contains
    !> Moves the next set to another load factor and runs its tests. Without an equilibrium the state is unchanged and `tests` is not
    !> allocated.
    subroutine go_to_load(next, load, tests)
-      type(next_t), intent(inout) :: next
+      type(other_set_t), intent(inout) :: next
       real(wp), intent(in) :: load
       type(span_test_t), allocatable, intent(out) :: tests(:)
       type(control_t) :: control
@@ -124,14 +124,14 @@ contains
 
    !> Tests of the set at its equilibrium.
    function tests_of(next) result(tests)
-      type(next_t), intent(in) :: next
+      type(other_set_t), intent(in) :: next
       type(span_test_t), allocatable :: tests(:)
       tests = run_span_tests(next%problem, next%state, max(next%system%force_scale, tiny(1.0_wp)))
    end function tests_of
 
    !> True if the set passes all its tests at its equilibrium.
    logical function holds(next)
-      type(next_t), intent(in) :: next
+      type(other_set_t), intent(in) :: next
       holds = .not. any_fails(tests_of(next))
    end function holds
-end module next_spans
+end module other_set

@@ -1,6 +1,6 @@
 !> Places at which a contact set may be wrong and is to be edited (contact_trials): those of its failing tests, or the ends of all
 !> its contacts.
-module doubts
+module edit_places
    use kinds, only: wp
    use problem, only: problem_t
    use contact_spans, only: contact_span_t
@@ -12,86 +12,86 @@ module doubts
    use test_kinds, only: span_test_t, test_gap, test_force, test_curvature, test_pressure, test_length, test_vanishing, &
       & test_boundary_span, test_slope, test_leaving, test_couple, test_slack, well_below
    use rod_strips, only: strip_t, on_strips, strip_place, coincide
-   use neighbours, only: doubt_t
+   use neighbours, only: edit_place_t
    implicit none
    private
-   public :: doubts_of, all_doubts
+   public :: places_of_tests, places_of_contacts
 
 contains
 
    !> Places along the rod strips to which the given tests of a state belong. A contact at a boundary of rod segments has tests on
    !> both sides, but it is one place.
-   function doubts_of(problem, state, strip, tests, scale, beyond) result(doubt)
+   function places_of_tests(problem, state, strip, tests, scale, beyond) result(edit_place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(strip_t), intent(in) :: strip(:)
       type(span_test_t), intent(in) :: tests(:)  !! the failing tests
       real(wp), intent(in) :: scale              !! scale of forces
       type(state_t), intent(in), optional :: beyond !! equilibrium of the same set further along the path
-      type(doubt_t), allocatable :: doubt(:)
+      type(edit_place_t), allocatable :: edit_place(:)
       type(contact_span_t), allocatable :: now(:)
-      type(doubt_t), allocatable :: zones(:)
+      type(edit_place_t), allocatable :: zones(:)
       integer :: k
       real(wp) :: at
       now = present_contact_spans(problem, state)
       allocate (zones(0))
-      allocate (doubt(size(tests)))
+      allocate (edit_place(size(tests)))
       do k = 1, size(tests)
          associate (test => tests(k))
-            doubt(k)%kind = test%kind
+            edit_place(k)%kind = test%kind
             select case (test%kind)
             case (test_gap)
-               doubt(k)%contact = test%contact
-               call strip_place(strip, test%rod_segment, test%at, doubt(k)%strip, doubt(k)%at)
+               edit_place(k)%contact = test%contact
+               call strip_place(strip, test%rod_segment, test%at, edit_place(k)%strip, edit_place(k)%at)
             case (test_vanishing)
-               doubt(k)%contact = test%contact
-               call strip_place(strip, test%rod_segment, 0.5_wp * sum(test%ends), doubt(k)%strip, doubt(k)%at)
+               edit_place(k)%contact = test%contact
+               call strip_place(strip, test%rod_segment, 0.5_wp * sum(test%ends), edit_place(k)%strip, edit_place(k)%at)
             case (test_force, test_curvature, test_slope, test_leaving, test_couple)
                at = touch_place(problem, state, test%candidate)
-               call strip_place(strip, now(test%contact_span)%rod_segment, at, doubt(k)%strip, doubt(k)%at)
-               doubt(k)%beyond = present(beyond)
+               call strip_place(strip, now(test%contact_span)%rod_segment, at, edit_place(k)%strip, edit_place(k)%at)
+               edit_place(k)%beyond = present(beyond)
                ! Beside a joint of the obstacle a point contact spreads up to the joint.
-               if (test%kind == test_curvature) doubt(k)%room = joint_distance(problem%model%obstacle(problem%candidates% &
+               if (test%kind == test_curvature) edit_place(k)%room = joint_distance(problem%model%obstacle(problem%candidates% &
                   & obstacle(test%candidate)), -candidate_offset(problem, state, problem%candidates, test%candidate), &
                   & node_track(problem, state, test%candidate))
             case (test_pressure)
                zones = [zones, pulled_zones(problem, state, strip, now(test%contact_span), scale, beyond)]
             case (test_length)
-               call strip_place(strip, test%rod_segment, test%at, doubt(k)%strip, doubt(k)%at)
+               call strip_place(strip, test%rod_segment, test%at, edit_place(k)%strip, edit_place(k)%at)
             case (test_boundary_span)
                at = now(test%contact_span)%at(merge(2, 1, test%sense > 0.0_wp))
-               call strip_place(strip, now(test%contact_span)%rod_segment, at, doubt(k)%strip, doubt(k)%at)
+               call strip_place(strip, now(test%contact_span)%rod_segment, at, edit_place(k)%strip, edit_place(k)%at)
             end select
          end associate
       end do
-      doubt = [pack(doubt, tests%kind /= test_pressure), zones]
-      doubt = pack(doubt, [(.not. any(same_place(doubt(:k - 1), doubt(k))), k=1, size(doubt))])
+      edit_place = [pack(edit_place, tests%kind /= test_pressure), zones]
+      edit_place = pack(edit_place, [(.not. any(same_place(edit_place(:k - 1), edit_place(k))), k=1, size(edit_place))])
 
    contains
 
       !> True if tests of the same kind belong to the same place.
       impure elemental logical function same_place(one, other) result(same)
-         type(doubt_t), intent(in) :: one, other
+         type(edit_place_t), intent(in) :: one, other
          same = one%kind == other%kind .and. one%contact == other%contact .and. one%strip == other%strip .and. other%strip > 0
          if (same) same = coincide(strip(other%strip), one%at, other%at)
       end function same_place
-   end function doubts_of
+   end function places_of_tests
 
    !> Places of the ends of all contacts of a state, along the rod strips.
-   function all_doubts(problem, state, strip) result(doubt)
+   function places_of_contacts(problem, state, strip) result(edit_place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(strip_t), intent(in) :: strip(:)
-      type(doubt_t), allocatable :: doubt(:)
+      type(edit_place_t), allocatable :: edit_place(:)
       type(contact_span_t), allocatable :: set(:)
       integer :: k
       set = on_strips(strip, present_contact_spans(problem, state))
-      allocate (doubt(0))
+      allocate (edit_place(0))
       do k = 1, size(set)
-         doubt = [doubt, doubt_t(contact=set(k)%contact, strip=set(k)%rod_segment, at=set(k)%at(1))]
-         if (set(k)%line) doubt = [doubt, doubt_t(contact=set(k)%contact, strip=set(k)%rod_segment, at=set(k)%at(2))]
+         edit_place = [edit_place, edit_place_t(contact=set(k)%contact, strip=set(k)%rod_segment, at=set(k)%at(1))]
+         if (set(k)%line) edit_place = [edit_place, edit_place_t(contact=set(k)%contact, strip=set(k)%rod_segment, at=set(k)%at(2))]
       end do
-   end function all_doubts
+   end function places_of_contacts
 
    !> Zones of a line contact without compressive force, in the order of their least forces: each surrounds a local minimum of the
    !> density of force.
@@ -102,7 +102,7 @@ contains
       type(contact_span_t), intent(in) :: line   !! line contact with its ends in the present state
       real(wp), intent(in) :: scale              !! scale of forces
       type(state_t), intent(in), optional :: beyond !! equilibrium further along the path, where the zones have tensile force
-      type(doubt_t), allocatable :: zone(:)
+      type(edit_place_t), allocatable :: zone(:)
       type(contact_span_t), allocatable :: now(:)
       type(pressure_t) :: pressure
       logical, allocatable :: least(:)
@@ -160,4 +160,4 @@ contains
          length = pressure%at(last) - pressure%at(first)
       end function pulled_length
    end function pulled_zones
-end module doubts
+end module edit_places
