@@ -277,7 +277,8 @@ contains
       end subroutine insert
    end subroutine take_samples
 
-   !> True if the gap decreases from the first or last sample inwards but is larger again at the next sample.
+   !> True if the gap decreases from the first or last sample inwards but is larger again at the next sample: its minimum then lies
+   !> between two samples, where no sample shows it.
    logical function falls_inwards(problem, state, profile, line, i) result(falls)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -1,7 +1,7 @@
 !> Closing of free spans: the gap of a free span vanishes all along, or its length becomes zero. At this point a point contact
 !> beside the span is in neutral equilibrium along the rod, so that no increment with the present set may converge near it. The sets
-!> without the span are regular; the first one whose tests are satisfied just beyond is taken, and the path passes to it at its
-!> onset.
+!> without the span are regular; of those whose tests are satisfied just beyond, the path passes to the one that begins first, at
+!> its onset.
 module closing_spans
    use kinds, only: wp
    use model, only: step_t, method_load

@@ -25,8 +25,8 @@ contains
       reach = merge(within_reach, far, interval%stuck)
    end function reach_of
 
-   !> True if the load passes a limit point on an increment: a place found directly, not along the path, could hide this limit
-   !> point.
+   !> True if the load passes a limit point on an increment. A change of contact that is located with the load or the curvature
+   !> prescribed may then lie behind this limit point, which would not be recorded.
    pure logical function turns(run, interval)
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval

@@ -3,7 +3,8 @@
 !>
 !>   find_change     the test that is zero first, and where (span_events, span_location)
 !>   close_spans     the set without free spans that vanish there, at its onset (closing_spans, set_onset)
-!>   try_sets        otherwise the first neighbour of the set that all tests accept (contact_trials)
+!>   try_sets        otherwise the first neighbour of the set that all tests accept (contact_trials); which neighbours are tried
+!>                   for which test, and in which order, is the table in neighbours
 !>   record_change   the point, labelled as contact gained, lost or neither
 !>   begin_located   the first equilibrium of the set, from which the path continues (continuing_with_set, entering_contact_set)
 module span_changes

@@ -136,7 +136,8 @@ contains
       if (present(beyond)) zone = pack(zone, zone%width > 0.0_wp .or. [(i == 1, i=1, size(zone))])
       zone%beyond = present(beyond)
       zone%whole = 2.0_wp * zone%width >= pressure%at(size(pressure%at)) - pressure%at(1)
-      ! The end of the increment says nothing of the length of the first span then.
+      ! If the force is tensile all along the line at the end of the increment, its zone there says nothing of the length of the
+      ! span that opens first.
       where (zone%whole) zone%width = 0.0_wp
       ! The span is measured by the line contact, which may be much longer then.
       zone%width = zone%width * (line%at(2) - line%at(1)) / (pressure%at(size(pressure%at)) - pressure%at(1))

@@ -1,6 +1,7 @@
 !> Neighbours of a contact set: the sets that differ from it by one edit at a place where a test of the set fails.
 !>
-!> The edits depend neither on the signs of contact forces nor on the sense of the path: the tests at a neighbour's equilibrium
+!> The kind of the failing test gives the order of the edits, and the zone in which it fails gives first lengths; neither the signs
+!> of contact forces nor the sense of the path decide which neighbour follows: the tests at a neighbour's equilibrium
 !> decide whether the neighbour is valid (contact_trials). An edit also states which ends of contacts have prescribed places, so
 !> that the new contact or free span has a prescribed length (set_trial). Sets are in coordinates along strips, which are sequences
 !> of rod segments (rod_strips).

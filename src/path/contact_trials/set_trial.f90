@@ -1,7 +1,8 @@
 !> Equilibrium of a neighbour of the present contact set (neighbours). The places of the ends beside a new contact or free span are
-!> prescribed, and the load factor is unknown: a new contact of zero length, or a free span that just opens, has no other regular
-!> parameter. An edit without a new contact or free span (a contact ends, a free span closes) has no length to prescribe: its
-!> equilibrium is sought at the same load factor or, where the path is smooth, in the plane normal to the path.
+!> prescribed, and the load factor is unknown: near a new contact of zero length, or a free span that just opens, the load hardly
+!> changes with the length, so that the load does not determine the equilibrium, but the length does. An edit without a new contact
+!> or free span (a contact ends, a free span closes) has no length to prescribe: its equilibrium is sought at the same load factor
+!> or, where the path is smooth, in the plane normal to the path.
 module set_trial
    use kinds, only: wp
    use model, only: method_load

@@ -253,7 +253,7 @@ contains
 
    !> True unless a contact that has begun is pulled, or the gap of a contact that has ended closes: gap and contact force are
    !> complementary, so where one of them is zero the other one grows in the right sense. Both are measured from the set's first
-   !> equilibrium, where they are zero apart from the difference of two meshes.
+   !> equilibrium: there they differ from zero because it is solved on another mesh than the present set.
    logical function complement_grows(here, trial, there) result(grows)
       type(change_place_t), intent(in) :: here
       type(tried_set_t), intent(in) :: trial
@@ -287,9 +287,9 @@ contains
    end function goes_on_smoothly
 
    !> True if no gap of a free span beside a contact has the wrong sign. The gap of a span that just opened is smaller than the
-   !> slack of its test, but larger than rounding: between two points of contact the rod may lie along a straight obstacle without
-   !> force. The gap may be as small as rounding if the load has changed since the contact force in the span's place became tensile,
-   !> because gap and contact force are complementary.
+   !> slack of its test, but it must be larger than rounding, because a rod that lies along a straight obstacle between two points
+   !> without force has no free span there. The gap may be as small as rounding if the load has changed since the contact force in
+   !> the span's place became tensile: gap and contact force are complementary.
    logical function gaps_are_open(here, trial, next, tests) result(open)
       type(change_place_t), intent(in) :: here
       type(tried_set_t), intent(in) :: trial
