@@ -15,7 +15,7 @@ module contact_trials
    use contact_set_edits, only: same_set
    use span_candidates, only: present_contact_spans
    use test_kinds, only: span_test_t, any_fails
-   use other_set, only: other_set_t, copy_other_set, tests_of
+   use other_set, only: other_set_t, copy_other_set, tests_of, go_to_load
    use path_point, only: path_point_t
    use path_state, only: path_state_t
    use set_differences, only: label_and_number
@@ -23,8 +23,9 @@ module contact_trials
    use neighbours, only: edit_place_t, neighbour_t, neighbours_at, edit_merge, closes, no_test
    use edit_places, only: places_of_tests, places_of_contacts
    use set_trial, only: solve_neighbour
-   use set_validity, only: change_place_t, new_change_place, tried_set_t, copy_trial, is_near, verify, load_changes, step_ahead
-   use step_off, only: step_by, failing
+   use set_validity, only: change_place_t, new_change_place, tried_set_t, copy_trial, is_near, verify, load_changes, &
+      & is_far_enough, step_ahead
+   use step_off, only: step_by, failing, tangent_along
    implicit none
    private
    public :: try_sets, neighbours_of, same_kind
@@ -120,8 +121,9 @@ contains
       end function width_of
    end subroutine try_sets
 
-   !> Enlarges the new contact or free span of a set found as long as the load factor has changed by less than the smallest
-   !> increment: a span that opens in a line contact may grow with a small power of the load.
+   !> Enlarges the new contact or free span of a set found until the path can continue from there: by its length as long as the load
+   !> factor has changed by less than the smallest increment, since a span that opens in a line contact may grow with a small power
+   !> of the load, then by the load.
    subroutine enlarge(step, run, here, strip, edit_place, valid)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
@@ -140,6 +142,7 @@ contains
          if (.not. same_kind(larger(1)%set%problem, valid(1)%set%problem)) return
          call move_alloc(larger, valid)
       end do
+      if (valid(1)%sized) call go_on(here, valid(1))
    end subroutine enlarge
 
    !> Labels the change from the present set to another one. Both are compared at about the same point of the path. A contact
@@ -162,6 +165,28 @@ contains
          call label_and_number(problem, here%state, near, run%spans_begun, trial%set)
       end if
    end subroutine label
+
+   !> Follows a set by growing changes of the load to an equilibrium from which increments can go on.
+   subroutine go_on(here, trial)
+      type(change_place_t), intent(in) :: here
+      type(tried_set_t), intent(inout) :: trial
+      type(other_set_t) :: farther
+      type(span_test_t), allocatable :: tests(:)
+      real(wp) :: change
+      associate (load => here%state%load_factor)
+         do while (.not. is_far_enough(here, trial%set))
+            call copy_other_set(trial%set, farther)
+            change = growth * (farther%state%load_factor - load)
+            if (abs(change) > abs(here%beyond%load_factor - load)) change = here%beyond%load_factor - load
+            call go_to_load(farther, load + change, tests)
+            if (.not. allocated(tests)) return
+            if (any_fails(tests) .or. .not. is_near(here, farther)) return
+            farther%tangent = tangent_along(farther, farther%tangent%u, farther%tangent%load)
+            call copy_other_set(farther, trial%set)
+            trial%there = farther%path_point_t
+         end do
+      end associate
+   end subroutine go_on
 
    !> Places at which the present set is edited: those of the tests that fail at the run's point or, if none fails there, a short
    !> step ahead. If no test fails, or no equilibrium is found ahead: the ends of all contacts.

@@ -37,7 +37,7 @@ module set_validity
    implicit none
    private
    public :: change_place_t, new_change_place, tried_set_t, copy_trial, is_near, verify, load_changes, &
-      & step_ahead
+      & is_far_enough, step_ahead
 
    ! Displacement as a share of the structure's size:
    real(wp), parameter :: another = 3.0e-3_wp     !! an equilibrium farther from the run's point is on another path
@@ -47,6 +47,7 @@ module set_validity
    real(wp), parameter :: farthest = 0.2_wp  !! largest relative change of the load factor from the run's point to another set
 
    real(wp), parameter :: beyond_zero = 1.1_wp    !! distance that is tried / distance at which the tests are zero by extrapolation
+   real(wp), parameter :: like_increment = 0.9_wp !! part of an increment from which another whole one converges
    real(wp), parameter :: least_change = 1.0e-6_wp !! change of the load factor that an increment can make / first increment
 
    !> The run's point, from which another contact set is sought.
@@ -316,6 +317,16 @@ contains
       type(other_set_t), intent(in) :: next
       load_changes = abs(next%state%load_factor - here%state%load_factor) > least_change * here%least_load
    end function load_changes
+
+   !> True if increments can go on from an equilibrium, as they came: where a line contact lifts off, the size of the new free span
+   !> is of the order of that at the end of the increment.
+   pure logical function is_far_enough(here, next)
+      type(change_place_t), intent(in) :: here
+      type(other_set_t), intent(in) :: next
+      is_far_enough = .true.
+      if (lifts_off(here) .and. allocated(here%beyond)) is_far_enough = abs(next%state%load_factor - &
+         & here%state%load_factor) >= like_increment * abs(here%beyond%load_factor - here%state%load_factor)
+   end function is_far_enough
 
    !> Least value of the tests as a multiple of its slack; 0 if none is negative.
    pure real(wp) function worst(tests)

@@ -5,10 +5,11 @@ module nodes_to_spans
    use problem, only: problem_t
    use rod_state, only: state_t, candidate_gap, may_react
    use contact_spans, only: contact_span_t
-   use contact_set_edits, only: same_set
+   use contact_set_edits, only: same_set, laid_down
+   use span_candidates, only: present_contact_spans
    use track_nodes, only: rod_angle
-   use test_kinds, only: test_slack, test_gap
-   use other_set, only: other_set_t, new_other_set, settle, holds
+   use test_kinds, only: span_test_t, test_slack, test_vanishing, test_gap
+   use other_set, only: other_set_t, copy_other_set, new_other_set, settle, tests_of, holds
    use reachability, only: leads_to_next
    use path_control, only: set_tangent
    use path_continuity, only: relation_t, relate, same_path, too_far
@@ -79,7 +80,7 @@ contains
       logical, intent(out) :: found
       character(:), allocatable, intent(out) :: why !! reason why no contact spans were found
       type(contact_span_t), allocatable :: contact_span(:), first(:)
-      integer :: wave, c, i
+      integer :: wave, k, c, i
       found = .false.
       ! First the nodes in contact are taken literally; further attempts close gaps of a few nodes between them.
       waves: do wave = 1, size(open_nodes)
@@ -89,10 +90,35 @@ contains
          end if
          first = contact_span
          call test_these_spans()
+         if (found) call fill_closed_spans()
          if (found) exit waves
       end do waves
 
    contains
+
+      !> Replaces free spans whose largest gap is rounding by line contacts, if the tests allow it: the ends of such free spans
+      !> carry no contact force, and their positions would be arbitrary.
+      subroutine fill_closed_spans()
+         type(other_set_t) :: kept
+         type(span_test_t), allocatable :: tests(:)
+         tests = tests_of(next)
+         k = 1
+         do while (k <= size(tests))
+            if (tests(k)%kind == test_vanishing .and. abs(tests(k)%value) <= test_slack(test_vanishing)) then
+               call copy_other_set(next, kept)
+               contact_span = laid_down(present_contact_spans(next%problem, next%state), tests(k)%beside, tests(k)%ends)
+               call test_these_spans()
+               if (found) then
+                  tests = tests_of(next)
+                  k = 0
+               else
+                  found = .true.
+                  call copy_other_set(kept, next)
+               end if
+            end if
+            k = k + 1
+         end do
+      end subroutine fill_closed_spans
 
       !> Finds the equilibrium with the contact spans of `next`, and tests the spans.
       subroutine test_these_spans()
