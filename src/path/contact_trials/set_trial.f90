@@ -82,6 +82,7 @@ contains
       type(change_place_t), intent(in) :: here
       type(contact_span_t), intent(in) :: contact_span(:)
       type(contact_span_t), allocatable :: moved(:), before(:), after(:)
+      real(wp) :: part
       integer :: k, i, j
       before = present_contact_spans(here%problem, here%state)
       after = present_contact_spans(here%problem, here%beyond)
@@ -90,9 +91,10 @@ contains
          do i = 1, 2
             do j = 1, size(before)
                if (before(j)%rod_segment /= moved(k)%rod_segment .or. before(j)%contact /= moved(k)%contact) cycle
-               associate (part => (contact_span(k)%at(i) - before(j)%at(1)) / max(before(j)%at(2) - before(j)%at(1), tiny(1.0_wp)))
-                  if (abs(part - 0.5_wp) <= 0.5_wp) moved(k)%at(i) = after(j)%at(1) + part * (after(j)%at(2) - after(j)%at(1))
-               end associate
+               if (contact_span(k)%at(i) < before(j)%at(1) .or. contact_span(k)%at(i) > before(j)%at(2)) cycle
+               part = 0.0_wp
+               if (before(j)%line) part = (contact_span(k)%at(i) - before(j)%at(1)) / (before(j)%at(2) - before(j)%at(1))
+               moved(k)%at(i) = after(j)%at(1) + part * (after(j)%at(2) - after(j)%at(1))
             end do
          end do
       end do
