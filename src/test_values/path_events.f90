@@ -9,7 +9,6 @@ module path_events
    use linear_system, only: system_t
    use monitors, only: monitor_values, monitor_rate
    use contact_regions, only: region_of, resolved_contact
-   use gap_profile, only: smallest_gap
    use ground_regions, only: find_ground_regions, regions_on_moved_nodes
    use law_corners, only: law_corner_t, beyond_corner
    use contact_labels, only: contact_gained, contact_lost, contact_words
@@ -329,18 +328,31 @@ contains
       end select
    end function event_value
 
-   !> Largest gap among the given candidates that are open.
+   !> Smallest gap of the given candidates. Contact at nodes begins where a node meets the obstacle, wherever the rod between the
+   !> nodes is.
+   real(wp) function smallest_gap(problem, state, marked) result(smallest)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      logical, intent(in) :: marked(:)
+      smallest = minval(openings(problem, state), mask=marked)
+   end function smallest_gap
+
+   !> Largest gap of the given candidates that are open; 0 if none is open.
    real(wp) function largest_gap(problem, state, marked) result(largest)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       logical, intent(in) :: marked(:)
-      integer :: c
-      largest = 0.0_wp
-      do c = 1, size(marked)
-         if (.not. marked(c) .or. state%active(c)) cycle
-         largest = max(largest, candidate_opening(problem, state, c))
-      end do
+      largest = max(0.0_wp, maxval(openings(problem, state), mask=marked .and. .not. state%active))
    end function largest_gap
+
+   !> (candidates) gaps.
+   function openings(problem, state) result(opening)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp) :: opening(problem%candidates%n)
+      integer :: c
+      opening = [(candidate_opening(problem, state, c), c=1, size(opening))]
+   end function openings
 
    !> Load factor or monitor to which a value event refers.
    pure real(wp) function test_value(test_values, event)
