@@ -131,3 +131,44 @@ def test_a_way_to_one_wall_is_that_without_the_other_wall():
 def test_what_is_no_way_on(wanted, reason):
     run = dr.run_deck(DECK.format(**CLAMPED, branches=f"*BRANCH, BIFURCATION=2, {wanted}\n"), code=2)
     assert reason in run.stdout
+
+
+HEXAGON = """*HEADING
+Ring that sags under its weight inside a hexagon: it meets two walls at once, and another two after that
+*NODE
+1, 0, 1
+2, 0, -1
+*ARC, ELSET=RING, NSET=RING, DIRECTION=ANTICLOCKWISE
+1, 2, 0, 0
+2, 1, 0, 0
+*BEAM SECTION, ELSET=RING, SECTION=STIFFNESS
+7500, 1
+*BOUNDARY
+2, ENCASTRE
+*OBSTACLE, NAME=HOST, TYPE=POLYLINE, ENDS=CLOSED
+1, 0.57735026919
+0, 1.15470053838
+-1, 0.57735026919
+-1, -0.57735026919
+0, -1.15470053838
+1, -0.57735026919
+*CONTACT, OBSTACLE=HOST, NSET=RING, GAP=0.003
+*STEP
+*ACCURACY, TOLERANCE={tolerance}
+*STATIC, METHOD=LOAD
+{first}, , 0.5
+*DLOAD
+RING, PY, -0.48
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("first", [0.2, 0.1])
+@pytest.mark.parametrize("tolerance", ["1E-5", "1E-6", "1E-7"])
+def test_a_stable_structure_has_one_way_on(tolerance, first):
+    """The rate complementarity problem of a stable structure has one solution: the ring rests on both walls."""
+    run = dr.run_deck(HEXAGON.format(tolerance=tolerance, first=first))
+    assert {critical.label for critical in run.results.critical} == {"C+", "EP"}
+    for begins in run.labelled("C+"):
+        assert min(abs(begins.load_factor - load) for load in (0.0290742873, 0.0635240254)) <= 1e-9 + begins.error
+    assert all(run.column("negative_pivots") == 0)
