@@ -10,7 +10,8 @@
 !>
 !> The path is smooth where a new contact or free span begins with zero length, so such a set continues in the sense in which the
 !> path arrives at the run's point, and its tests decide at its own equilibrium, because the change is behind it. Where a contact
-!> force or a gap vanishes the path has a kink, and both senses are tried: in the wrong one the tests fail. The distance of the step
+!> force or a gap vanishes the path has a kink, and both senses are tried: in the wrong one the tests fail. Where a gap closes in a
+!> stable structure the load goes on (the rate complementarity problem has one solution then). The distance of the step
 !> grows as long as the failing tests rise, because on another mesh a set may become valid a little later.
 module set_validity
    use kinds, only: wp
@@ -28,6 +29,7 @@ module set_validity
    use path_control, only: displacement_between, path_length
    use converged_state, only: contact_holds
    use path_point, only: path_point_t
+   use path_continuity, only: path_tangent_t
    use path_state, only: path_state_t
    use test_kinds, only: span_test_t, any_fails, test_slack, test_gap, test_force, test_curvature, test_pressure, &
       & test_vanishing, test_couple
@@ -153,12 +155,10 @@ contains
          if (here%at_change .and. (decides .or. any(trial%edit == [edit_open, edit_end_off]))) then
             if (.not. goes_on_smoothly(here, set)) return
          end if
+         if (load_goes_on(here) .and. set%tangent%load * here%tangent%load < 0.0_wp) call reverse(set%tangent)
          call copy_other_set(set, there)
-         do sense = 1, merge(1, 2, decides .or. .not. here%kink)
-            if (sense == 2) then
-               set%tangent%u = -set%tangent%u
-               set%tangent%load = -set%tangent%load
-            end if
+         do sense = 1, merge(1, 2, decides .or. .not. here%kink .or. load_goes_on(here))
+            if (sense == 2) call reverse(set%tangent)
             trial%turns = sense == 2
             tests = tests_of(set)
             least = worst(tests)
@@ -205,6 +205,20 @@ contains
          end do
       end associate
    end subroutine verify
+
+   !> True if the load goes on as before behind the change: a gap closes in a structure that is stable with this contact open.
+   pure logical function load_goes_on(here)
+      type(change_place_t), intent(in) :: here
+      load_goes_on = here%at_change
+      if (load_goes_on) load_goes_on = here%zero(1)%kind == test_gap .and. here%system%negative_pivots == 0
+   end function load_goes_on
+
+   !> Reverses the sense of a path tangent.
+   pure subroutine reverse(tangent)
+      type(path_tangent_t), intent(inout) :: tangent
+      tangent%u = -tangent%u
+      tangent%load = -tangent%load
+   end subroutine reverse
 
    !> Moves the first equilibrium of a valid set to the set's onset. The set without a closing free span is sought before a test
    !> fails, and must begin ahead.

@@ -11,6 +11,7 @@ module event_location
    use increment_points, only: division_t, new_division, point_within, chord_fraction, part_of_increment
    use corrector, only: increment_t, correct
    use contact_labels, only: contact_gained
+   use contact_regions, only: region_of
    use path_events, only: event_t, event_value, note_of_corner, event_bifurcation, event_release, event_contact, event_limit, &
       & event_turning, event_value_reached, event_stop
    use located_events, only: located_event_t, note_balance
@@ -220,12 +221,13 @@ contains
       type(path_point_t) :: here, below, above
       type(bracket_t) :: bracket
       real(wp) :: f, f_below, f_above, left
-      logical :: held, low_moved, releases
+      logical :: at_nodes, held, low_moved, releases
 
       associate (event => located_event%event, located => located_event%located)
          releases = event%kind == event_release
-         held = event%kind == event_contact .and. event%ground%contact == 0 .and. &
-            & .not. (event%divided .and. event%before < 0.0_wp)
+         at_nodes = event%kind == event_contact .and. event%ground%contact == 0
+         held = at_nodes .and. .not. (event%divided .and. event%before < 0.0_wp)
+         at_nodes = at_nodes .and. .not. event%divided
          bracket = new_bracket(event%before, event%after)
          if (releases) bracket = new_bracket(zero_eigenvalue(problem, event, run%last), zero_eigenvalue(problem, event, trial))
          f_below = bracket%f_low
@@ -255,6 +257,8 @@ contains
             end if
             ! With the contact set of the increment's first end the event function of a contact change is smooth through its zero.
             call point_within(problem, run, trial, division, located_event%fraction, held, held, here, located_event%report)
+            if (at_nodes .and. located_event%report%converged) call mark_passed_nodes(problem, run%last%state, trial%state, &
+               & here, event%marked)
             if (held .and. located_event%report%converged) then
                ! If other candidates violate their sign conditions with the contact set of the first end, the LCP determines the
                ! set.
@@ -361,6 +365,23 @@ contains
          if (located_event%event%before < 0.0_wp) right = right .and. top <= min(first, last) + noise
       end associate
    end function is_extreme
+
+   !> Marks also the nodes over which a contact that is gained or lost passes on the increment: they are open at both ends, lie
+   !> beside the marked ones, and are in contact between the ends, or penetrate there if the contact set is kept.
+   subroutine mark_passed_nodes(problem, from, to, between, marked)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: from, to
+      type(path_point_t), intent(in) :: between
+      logical, intent(inout) :: marked(:)        !! (candidates)
+      logical :: near(size(marked))
+      integer :: c
+      near = .not. (from%active .or. to%active .or. problem%candidates%bilateral) .and. (between%state%active .or. &
+         & between%system%opening < -sign_slack * problem%size)
+      near = near .or. marked
+      do c = 1, size(marked)
+         if (marked(c)) marked = marked .or. region_of(problem, near, c)
+      end do
+   end subroutine mark_passed_nodes
 
    !> True if gaps and reactions of all unmarked candidates have the right sign, and the reactions of the marked candidates do not
    !> differ in sign.

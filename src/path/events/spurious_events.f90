@@ -10,7 +10,8 @@ module spurious_events
    use path_continuity, only: largest_turn
    use path_point, only: path_point_t
    use path_state, only: path_state_t
-   use path_events, only: event_bifurcation, event_release, event_value_reached, event_turning, event_limit, event_contact
+   use path_events, only: event_bifurcation, event_release, event_value_reached, event_turning, &
+      & event_limit
    use ground_cuts, only: find_cuts, inner_cuts
    use located_events, only: located_event_t
    use event_order, only: one_sided
@@ -25,8 +26,8 @@ module spurious_events
 contains
 
    !> True if a shorter increment may resolve the events of this increment better: an event was not located, an eigenvalue was not
-   !> detected, at a located event interface points lie inside elements, or a contact change before it was not detected. Prescribed
-   !> values and turning points that were not located do not count.
+   !> detected, or at a located event interface points lie inside elements. Prescribed values and turning points that were not
+   !> located do not count.
    logical function better_from_nearer(problem, run, trial, findings) result(better)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -39,7 +40,7 @@ contains
          associate (located_event => findings%seen(i))
             better = .not. (findings%duplicate(i) .or. located_event%located .or. &
                & any(located_event%event%kind == [event_value_reached, event_turning])) .or. passes_kinks(problem, run%last%state, &
-               & located_event) .or. passes_contact(run%last%state, trial%state, located_event)
+               & located_event)
          end associate
       end do
    end function better_from_nearer
@@ -55,16 +56,6 @@ contains
       if (passes_kinks) passes_kinks = inner_cuts(find_cuts(problem, located_event%point%state)) > max(size(problem%mark), &
          & inner_cuts(find_cuts(problem, last)))
    end function passes_kinks
-
-   !> True if a node is in contact at a located contact change, but at neither end of the increment, or the reverse: contact began
-   !> there and moved on to the nodes of the located change.
-   pure logical function passes_contact(from, to, located_event) result(passes)
-      type(state_t), intent(in) :: from, to
-      type(located_event_t), intent(in) :: located_event
-      passes = located_event%located .and. located_event%event%kind == event_contact
-      if (passes) passes = size(from%active) == size(to%active)
-      if (passes) passes = any((from%active .eqv. to%active) .and. (located_event%point%state%active .neqv. to%active))
-   end function passes_contact
 
    !> True if a detachment before the end of the step was not detected: the numbers of directions that open force-free contacts at
    !> the last accepted point and at the end of the step differ by more than the located detachments explain. (The trial behind the
