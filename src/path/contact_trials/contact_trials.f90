@@ -8,7 +8,7 @@
 module contact_trials
    use kinds, only: wp
    use model, only: step_t
-   use problem, only: problem_t
+   use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t
    use linear_system, only: system_t
    use contact_spans, only: contact_span_t, initial_share
@@ -68,6 +68,7 @@ contains
       strip = find_strips(problem%layout)
       here = new_change_place(problem, step, run, point, zero, beyond)
       here%vanishes = present(closing)
+      if (here%vanishes) here%closed = all(abs(closing%value) * problem%size <= rounding_gap(problem))
       if (here%at_change) then
          edit_place = places_of_tests(problem, here%state, strip, zero, here%system%force_scale, beyond)
       else if (present(closing)) then

@@ -60,6 +60,7 @@ module set_validity
       !! back where it was
       logical :: at_change = .false.              !! true: the change is located at this point
       logical :: vanishes = .false.               !! true: a free span is about to vanish just ahead
+      logical :: closed = .false.                 !! true: the gaps of these spans are rounding
       logical :: kink = .true.                    !! false: the path is smooth at the located change
       logical :: pivots_are_reliable = .true.             !! false: the stiffness of the present set is singular here
       type(span_test_t), allocatable :: zero(:)   !! tests that are zero at the located change, the located one first
@@ -231,7 +232,7 @@ contains
       type(span_test_t), allocatable :: tests(:)
       logical :: ahead
       integer :: k
-      call find_onset(step, here%problem, run, trial%set, ahead)
+      call find_onset(step, here%problem, run, here%closed, trial%set, ahead)
       if (here%vanishes) trial%valid = ahead
       if (.not. trial%valid) return
       ! The path goes on from a point nearer to the onset, if there is one.

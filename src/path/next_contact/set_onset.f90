@@ -12,7 +12,7 @@ module set_onset
    use contact_change_types, only: step_interval_t, change_t, new_interval, change_located, place_within
    use bordered_system, only: linearise
    use state_transfer, only: carried
-   use path_control, only: displacement_between, path_length
+   use path_control, only: displacement_between, path_length, metric
    use path_continuity, only: path_tangent_t, path_tangent_at
    use step_off, only: tangent_along
    use path_point, only: path_point_t, evaluate_tests, evaluate_span_tests
@@ -29,10 +29,11 @@ module set_onset
 contains
 
    !> Moves a set from a point of its path back to its onset, which lies between the run's point and this point.
-   subroutine find_onset(step, problem, run, next, ahead)
+   subroutine find_onset(step, problem, run, closed, next, ahead)
       type(step_t), intent(in) :: step
       type(problem_t), intent(in) :: problem     !! problem with the present set
       type(path_state_t), intent(in) :: run      !! the last point at which the present set is known to be valid
+      logical, intent(in) :: closed              !! true: the set differs from the present one by free spans whose gap is rounding
       type(other_set_t), intent(inout) :: next  !! in: the set at a point where its tests are satisfied, with its path tangent;
       !! out: at its onset, its test the one that is zero there; at the nearest valid point if the zero is not located
       logical, intent(out) :: ahead              !! false: the set belongs to another path: it begins behind the run's point, or is
@@ -80,16 +81,22 @@ contains
 
    contains
 
-      !> True if the set is valid at the load of the run's point, with another equilibrium.
+      !> True if the set is valid at the load of the run's point, with another equilibrium. With and without a closed span the
+      !> equilibrium is the same, up to the errors of the meshes of both sets: the accuracy that the deck asks for.
       logical function valid_elsewhere() result(elsewhere)
          type(other_set_t) :: there
          type(span_test_t), allocatable :: tests(:)
+         real(wp) :: same
          call copy_other_set(next, there)
          call go_to_load(there, run%last%state%load_factor, tests)
          elsewhere = allocated(tests)
          if (elsewhere) elsewhere = .not. any_fails(tests) .and. contact_holds(there%problem, there%state, there%system)
-         if (elsewhere) elsewhere = path_length(there%problem, carried(problem, run%last%state, there%problem), there%state) > &
-            & rounding_gap(there%problem) * sqrt(sum(there%problem%weight))
+         if (.not. elsewhere) return
+         associate (on => there%problem, u => there%state%u)
+            same = rounding_gap(on) * sqrt(sum(on%weight))
+            if (closed) same = max(same, min(step%asked, step%asked_of_path) * sqrt(metric(on, u, u)))
+            elsewhere = path_length(on, carried(problem, run%last%state, on), there%state) > same
+         end associate
       end function valid_elsewhere
 
       !> Path tangent of the set, from its valid point to the other one.
