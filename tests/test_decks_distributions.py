@@ -379,3 +379,37 @@ def test_a_run_goes_on_with_its_distributions(tmp_path):
         subprocess.run([os.environ["UNILAT"], "--quiet", *arguments], cwd=tmp_path, check=True, timeout=60)
     more, whole = (read_results(str(tmp_path / f"{name}.h5")) for name in ("more", "whole"))
     dr.assert_close(more.column("tip").values[-1], whole.column("tip").values[-1], relative=1e-8)
+
+
+# --- joints of curves inside a chain ---------------------------------------------------------------------------------------------------
+
+TWO_LINES = ("*HEADING\njoined\n*NODE\n1, 0., 0.\n2, {join}, 0.\n3, 1., 0.\n*LINE, ELSET=ROD, NSET=ROD\n1, 2\n2, 3\n"
+             "*MONITOR, NAME=v\n3, U2\n*BOUNDARY\n1, ENCASTRE\n")
+
+
+@pytest.mark.parametrize("join", [0.51, 0.9, 0.13])
+def test_an_element_over_the_joint_of_two_lines_has_the_values_of_its_chain(join):
+    """A straight rod of two lines has no breakpoint at their joint; most of an element across it may lie on the second line. Load and
+    stiffness reach from line to line: v = q L^4/(8 EI) for constant ones, and an integral for a stiffness that falls linearly."""
+    small = 1e-6
+    constant = table("q", (0, 1), (1, 1))
+    falling = table("EI", (0, 1.5), (1, 0.5))
+    text = TWO_LINES.format(join=join) + constant + falling + "*BEAM SECTION, ELSET=ROD, SECTION=STIFFNESS\n1e9, {}\n"
+    for stiffness, exact in (("1.", 1 / 8), ("EI", gauss(lambda s: (1 - s) * (1 - s)**2 / 2 / (1.5 - s), 0, 1))):
+        run = dr.run_deck(text.format(stiffness) + step("*DLOAD\nROD, PY, q\n", small, small))
+        dr.assert_close(run.column("v")[-1], small * exact, relative=1e-8)   # TIGHT
+
+
+def test_a_formula_jumps_where_a_closed_chain_begins():
+    """A ring of two arcs carries a load that grows with the arc length from its crown all round to it: the sum of a vertical load is
+    its integral, 2 pi^2, however the mesh divides the ring. The reaction at the foot has it to the digits of rounding."""
+    text = ("*HEADING\nclosed\n*NODE\n1, 0., 1.\n2, 0., -1.\n*ARC, ELSET=ROD, NSET=ROD\n1, 2, 0., 0.\n2, 1, 0., 0.\n"
+            "*BEAM SECTION, ELSET=ROD, SECTION=STIFFNESS\n1e6, 1.\n*BOUNDARY\n2, ENCASTRE\n*MONITOR, NAME=R\n2, RF2\n"
+            "*MONITOR, NAME=u\n1, U1\n") + formula("q", "s")
+    small = 1e-6
+    run = dr.run_deck(text + step("*DLOAD\nROD, PY, q\n", small, small))
+    given = dr.run_deck(text.replace("1, 2, 0., 0.", "1, 2, 0., 0., 24").replace("2, 1, 0., 0.", "2, 1, 0., 0., 24")
+                        + step("*DLOAD\nROD, PY, q\n", small, small))
+    dr.assert_close(run.column("R")[-1], -small * 2 * math.pi**2, relative=1e-9)
+    dr.assert_close(given.column("R")[-1], -small * 2 * math.pi**2, relative=1e-9)
+    dr.assert_close(run.column("u")[-1], given.column("u")[-1], relative=1e-7)

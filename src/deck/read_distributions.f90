@@ -3,16 +3,15 @@ module read_distributions
    use kinds, only: wp
    use text, only: to_text
    use model, only: model_t
-   use distribution, only: distribution_t, distributed_t
+   use distribution, only: distribution_t, distributed_t, same_length
    use element_families, only: collocates
    use reference_curve, only: curve_point
    use checked_deck, only: checked_deck_t
    use deck_names, only: element_words
    implicit none
    private
-   public :: read_distribution_cards, read_distributed, value_inside, same_length
+   public :: read_distribution_cards, read_distributed, value_inside
 
-   real(wp), parameter :: same_length = 1.0e-9_wp !! parts of a length below this are rounding of the numbers in a deck
    integer, parameter :: looks = 8                !! number of places of an element at which a formula is evaluated for its check
 
 contains

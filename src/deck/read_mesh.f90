@@ -12,7 +12,7 @@ module read_mesh
    use read_obstacles, only: end_spline
    use checked_deck, only: checked_deck_t
    use deck_names, only: labels_t, take_node_sets
-   use read_distributions, only: same_length
+   use distribution, only: same_length
    implicit none
    private
    public :: read_mesh_cards

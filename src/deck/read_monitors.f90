@@ -8,7 +8,7 @@ module read_monitors
    use cross_section, only: outer_fibre
    use item_values, only: component_dof
    use deck_names, only: element_words
-   use read_distributions, only: same_length
+   use distribution, only: same_length
    use obstacle_types, only: obstacle_circle, obstacle_arc
    use checked_deck, only: checked_deck_t
    implicit none

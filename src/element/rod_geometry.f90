@@ -71,7 +71,7 @@ contains
          if (.not. wanted(e) .or. c == 0) cycle
          associate (g => geometry%element(e))
             do k = 1, size(model%distribution)
-               if (.not. model%distribution(k)%contains_place(c, 0.5_wp * (g%s(1) + g%s(2)))) cycle
+               if (.not. model%distribution(k)%contains_element(c, g%s, model%curve(c)%length)) cycle
                do i = 1, model%mesh%stages(e)
                   call curve_point(model%curve(c), model%imperfection, g%at(i), x, angle, speed)
                   call model%distribution(k)%value_at(g%at(i) + model%distribution(k)%offset(c), x, geometry%sample(k, i, e), &

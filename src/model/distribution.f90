@@ -4,8 +4,9 @@ module distribution
    use formula, only: evaluate
    implicit none
    private
-   public :: distribution_t, distributed_t
+   public :: distribution_t, distributed_t, same_length
 
+   real(wp), parameter :: same_length = 1.0e-9_wp !! parts of a length below this are rounding of the numbers in a deck
    character(*), parameter :: formula_names = 's|x|y' !! names that a formula may contain: arc length along the chain, stress-free
    !! position
 
@@ -23,7 +24,8 @@ module distribution
    contains
       procedure :: value_at
       procedure :: contains_place
-      procedure :: bends_at
+      procedure :: contains_element
+      procedure :: continues
    end type distribution_t
 
    !> A number, or a value that varies along a chain.
@@ -73,15 +75,35 @@ contains
       if (contains_place) contains_place = coordinate > self%range(1, curve) .and. coordinate < self%range(2, curve)
    end function contains_place
 
-   !> True if, at a point of a curve, the value has a corner or jump, or begins or ends.
-   pure logical function bends_at(self, curve, coordinate, tolerance)
+   !> True if an element that begins on a curve belongs to the chain. Where the rod goes on without a breakpoint the element may
+   !> end on the next curve, whose coordinates extend those of this one; and its nodes may have moved beyond the curve's ends. The
+   !> part on the curve decides: no element extends over a breakpoint, and the chain begins and ends at breakpoints.
+   pure logical function contains_element(self, curve, ends, length)
       class(distribution_t), intent(in) :: self
       integer, intent(in) :: curve            !! index of the curve, > 0
-      real(wp), intent(in) :: coordinate      !! nominal coordinate of the point on the curve
-      real(wp), intent(in) :: tolerance       !! distance below which two coordinates count as equal
+      real(wp), intent(in) :: ends(2)         !! nominal coordinates of the element's ends
+      real(wp), intent(in) :: length          !! nominal length of the curve
+      real(wp) :: middle
+      middle = 0.5_wp * sum(max(0.0_wp, min(length, ends)))
       associate (range => self%range(:, curve))
-         bends_at = range(2) > range(1) .and. coordinate >= range(1) - tolerance .and. coordinate <= range(2) + tolerance
-         if (bends_at) bends_at = any(abs(self%at - (coordinate + self%offset(curve))) <= tolerance)
+         contains_element = range(2) > range(1) .and. middle >= range(1) .and. middle <= range(2)
       end associate
-   end function bends_at
+   end function contains_element
+
+   !> True if the value passes a common end of two elements without a corner or a jump, by the arc length on either side: neither
+   !> begins nor ends there. Also true if neither element belongs to the chain.
+   pure logical function continues(self, curve, before, after)
+      class(distribution_t), intent(in) :: self
+      integer, intent(in) :: curve(2)         !! indices of the curves of both elements, > 0
+      real(wp), intent(in) :: before(2)       !! nominal coordinates of the ends of the element that ends there
+      real(wp), intent(in) :: after(2)        !! and of the one that begins there
+      real(wp) :: s(2), tolerance
+      logical :: inside(2)
+      inside = [self%contains_place(curve(1), 0.5_wp * sum(before)), self%contains_place(curve(2), 0.5_wp * sum(after))]
+      continues = .not. any(inside)
+      if (.not. all(inside)) return
+      s = [before(2), after(1)] + self%offset(curve)
+      tolerance = same_length * maxval(abs(self%range(:, curve)) + abs(spread(self%offset(curve), 1, 2)))
+      continues = abs(s(2) - s(1)) <= tolerance .and. .not. any(abs(self%at - s(1)) <= tolerance)
+   end function continues
 end module distribution

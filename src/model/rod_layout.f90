@@ -13,8 +13,6 @@ module rod_layout
    private
    public :: layout_t, rod_segment_t, new_layout, segment_element, segment_place
 
-   real(wp), parameter :: same_length = 1.0e-9_wp !! parts of a length below this are rounding of the numbers in a deck
-
    !> A rod between two segment boundaries.
    type :: rod_segment_t
       integer :: node(2) = 0 !! nodes of the deck at the ends of the segment; the same node twice for a closed segment
@@ -192,9 +190,7 @@ contains
          if (goes_on) goes_on = curve_goes_on(model%curve(mesh%curve(a)), mesh%s(2, a), model%curve(mesh%curve(b)), mesh%s(1, b))
          if (.not. goes_on) return
          do k = 1, size(model%distribution)
-            goes_on = .not. model%distribution(k)%bends_at(mesh%curve(a), mesh%s(2, a), same_length * mesh%s(2, a)) .and. &
-               & (model%distribution(k)%contains_place(mesh%curve(a), 0.5_wp * sum(mesh%s(:, a))) .eqv. &
-               & model%distribution(k)%contains_place(mesh%curve(b), 0.5_wp * sum(mesh%s(:, b))))
+            goes_on = model%distribution(k)%continues([mesh%curve(a), mesh%curve(b)], mesh%s(:, a), mesh%s(:, b))
             if (.not. goes_on) return
          end do
          do k = 1, size(model%step)

@@ -202,7 +202,7 @@ contains
       integer, intent(in) :: pivots              !! number of negative pivots before the critical point
       integer, intent(in) :: multiplicity        !! BP: number of null vectors, else 0
       real(wp), intent(in), optional :: scale    !! scale of the eigenvalue, see event_t
-      type(error_bars_t), allocatable, intent(in), optional :: bars
+      type(error_bars_t), allocatable, intent(in), optional :: bars !! not allocated: the point has none
       type(problem_t), intent(in), optional :: free !! problem without force-free contacts, in which a branch leaves the critical
       !! point
       type(state_t), intent(in), optional :: released !! state of the critical point in the problem `free`
@@ -222,7 +222,9 @@ contains
       critical_point%direction_load = state%load_factor - run%last%state%load_factor
       critical_point%control = run%control
       if (present(scale)) critical_point%scale = scale
-      if (present(bars)) critical_point%bars = bars
+      if (present(bars)) then
+         if (allocated(bars)) critical_point%bars = bars
+      end if
       if (present(corner)) critical_point%corner = corner
       if (present(opens)) critical_point%opens = opens
       if (present(way)) critical_point%way = way
