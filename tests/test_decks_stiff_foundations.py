@@ -80,3 +80,44 @@ def test_the_first_increment_has_no_scale(points):
 def test_nodes_tend_to_the_rigid_ring(k):
     """p R/k of penetration, 1e-10 R and less, beside v = 0.036 R: the rigid limit load to 1e-6."""
     dr.assert_close(limit_load(k, points="NODES"), limit_load(None, points="NODES"), relative=1e-6)
+
+
+# A ring shrinks away from stiff ground, and its own weight and a force press it to the bottom: the ends of contact are far from the
+# first guess, and the first point is found on softer ground.
+SHRINKING = """*HEADING
+ring that shrinks on stiff ground
+*NODE
+1, 0., 1.
+2, 0., -1.
+*ARC, ELSET=RING, NSET=RING
+1, 2, 0., 0.
+*BEAM SECTION, ELSET=RING, SECTION=STIFFNESS
+4800., 1.
+*BOUNDARY
+1, XSYMM
+2, XSYMM
+*OBSTACLE, NAME=BED, TYPE=CIRCLE, FOUNDATION=WINKLER, MODULUS=24000
+0., 0., 1.
+*CONTACT, OBSTACLE=BED, NSET=RING
+*MONITOR, NAME=v
+1, U2, -1.
+*STEP
+*STATIC
+{first!r}, , 0.05
+*DLOAD
+RING, P, 300.
+*CLOAD
+1, 2, -2.58
+*STOP
+v, ABOVE, 0.3
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("first", [0.1, 0.05])
+def test_a_first_increment_that_is_too_long_is_repeated_from_softer_ground(first):
+    """A first increment that has to be cut begins as a shorter one does; the mesh of the long one has its ends of contact elsewhere."""
+    short = dr.run_deck(SHRINKING.format(first=0.01))
+    long = dr.run_deck(SHRINKING.format(first=first))
+    assert [row.label for row in long.results.critical] == [row.label for row in short.results.critical]
+    dr.assert_close(long.load("EP"), short.load("EP"), relative=2e-6)   # TOLERANCE, twice

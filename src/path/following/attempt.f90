@@ -31,6 +31,7 @@ module attempt
       logical :: begins = .false.                !! true: with this increment contact at nodes becomes contact spans
       logical :: has_trial = .false.             !! true: the next trial is already in equilibrium, because it was transferred from
       !! another mesh or found behind a change of contact
+      logical :: stiff_start = .false.           !! true: the path starts on stiff foundations, see take_stiff_start
       real(wp) :: planned = 0.0_wp               !! increment planned before a change of contact gave the trial; 0: the trial's own
       logical :: finished = .false.              !! true: the step ended at an event within the increment
       ! Counters:

@@ -30,7 +30,10 @@ contains
       else if (problem%is_sampled()) then
          call begin_with_spans(problem, step, run, attempt)
       else
-         if (is_stiff_start(problem, run)) then
+         ! The mesh that a trial on stiff foundations leaves has its interface points where contact ends in that trial. A shorter
+         ! increment from the start has other ends: it begins on softer foundations again.
+         attempt%stiff_start = is_stiff_start(problem, run) .or. (attempt%stiff_start .and. run%fresh)
+         if (attempt%stiff_start) then
             call take_stiff_start(problem, run, attempt%trial, attempt%report, attempt%has_trial)
          else
             call advance(problem, run%last, run%control, attempt%trial, attempt%report)
