@@ -281,3 +281,45 @@ def test_a_branch_ends_where_it_meets_the_path_it_left(elements):
             dr.assert_close(found[0].load_factor, last.load_factor, relative=1e-7)
             dr.assert_close(found[0].monitors["d"], last.monitors["d"], relative=1e-7)
     assert sorted(branch.side for branch in run.results.branches.values()) == [-1, 1]
+
+
+def test_several_ways_on_without_error_bars_end_no_run():
+    """A branch of an arch under pressure comes to a floor at a load of nearly zero, where nothing has a bar and several contacts change at
+    once. The run may end early there, but not by a memory fault."""
+    run = dr.run_deck("""*HEADING
+arch on a floor
+*NODE
+1, -0.70710678118655, 0.70710678118655
+2, 0, 1
+3, 0.70710678118655, 0.70710678118655
+*ARC, ELSET=B, NSET=B, DIRECTION=CLOCKWISE
+1, 2, 0, 0
+2, 3, 0, 0
+*BEAM SECTION, ELSET=B, SECTION=STIFFNESS
+30000, 1
+*BOUNDARY
+1, PINNED
+3, PINNED
+*OBSTACLE, NAME=FLOOR, TYPE=LINE
+-2, 0.61923881554251, 2, 0.61923881554251
+*CONTACT, OBSTACLE=FLOOR, NSET=B
+*MONITOR, NAME=v
+2, U2, -1
+*MONITOR, NAME=h
+2, U1
+*STEP
+*ACCURACY, TOLERANCE=1E-6
+*STATIC
+0.5, , 0.03
+*CONTROLS, POINTS=400
+*DLOAD
+B, P, -1
+*STOP
+v, ABOVE, 0.52720779386421
+LOAD, ABOVE, 2000
+LOAD, BELOW, -500
+*BRANCH, NAME=A, SIDE=BOTH
+*END STEP
+""", code=None)
+    assert run.code in (0, 2), run.stderr
+    assert run.results.critical

@@ -258,3 +258,46 @@ def test_picture_of_a_stay():
     moved = run.results.field("displacement", point)[1, :2]
     bar = np.array([0.0, 10.0]) - (np.array([100.0, 0.0]) + moved)
     dr.assert_close(force.force, run.column("upper")[-1] * bar / np.hypot(*bar), relative=1e-9)
+
+
+# --- corners of a law under a ring that is held on both sides --------------------------------------------------------------------------
+
+HELD_RING = """*HEADING
+ring that a law holds from both sides
+*NODE
+1, 0., 1.
+2, 0., -1.
+*ARC, ELSET=RING, NSET=RING
+1, 2, 0., 0.
+*BEAM SECTION, ELSET=RING, SECTION=STIFFNESS
+4800., 1.
+*BOUNDARY
+1, XSYMM
+2, XSYMM
+*FOUNDATION LAW, NAME=CLAY
+0., 0.
+0.0051, 38.76
+0.0153, 116.28
+*OBSTACLE, NAME=BED, TYPE=CIRCLE, {bed}, BILATERAL
+0., 0., 1.
+*CONTACT, OBSTACLE=BED, NSET=RING
+*MONITOR, NAME=v
+1, U2, -1.
+*STEP
+*STATIC, METHOD=LOAD
+0.1, , 0.1
+*DLOAD
+RING, PN, 106.
+*CLOAD
+1, 2, -9.
+*END STEP
+"""
+
+
+def test_a_straight_law_is_a_modulus_on_a_curved_bed_that_pulls():
+    """A law whose corner turns by nothing is a Winkler foundation of the same stiffness. The places where the ring passes the corner are
+    found together with equilibrium: the slope of the gap is against the normal at the moved place and the one where the gap counts from."""
+    law = dr.run_deck(HELD_RING.format(bed="FOUNDATION=LAW, LAW=CLAY"))
+    modulus = dr.run_deck(HELD_RING.format(bed="FOUNDATION=WINKLER, MODULUS=7600.").replace(
+        "*FOUNDATION LAW, NAME=CLAY\n0., 0.\n0.0051, 38.76\n0.0153, 116.28\n", ""))
+    dr.assert_close(law.column("v")[-1], modulus.column("v")[-1], relative=2e-6)   # TOLERANCE, twice

@@ -2,7 +2,7 @@
 module ground_density
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, gap_at
+   use rod_state, only: state_t, gap_at, gap_slope
    use reference_curve, only: curve_point, curve_abscissa
    use force_law, only: foundation_reaction, carries, segment_open
    implicit none
@@ -34,11 +34,9 @@ contains
                if (gap >= 0.0_wp .and. .not. (chain%bilateral(c) .or. carries(state%segment(c)))) cycle
                call foundation_reaction(problem%model, problem%model%obstacle(chain%obstacle(c)), -gap, push, spring, &
                   & state%segment(c))
-               ! The gap of a bilateral foundation is measured from the gap of the stress-free axis.
-               way = rate
-               if (chain%bilateral(c)) way = rate - [cos(angle), sin(angle)]
+               way = rate - [cos(angle), sin(angle)]
                density(:, 0) = density(:, 0) + push * normal
-               density(:, 1) = density(:, 1) - (spring * dot_product(normal, way)) * normal
+               density(:, 1) = density(:, 1) - (spring * gap_slope(problem, chain, c, home, normal, rate, way)) * normal
             end associate
          end do
       end associate

@@ -10,7 +10,7 @@
 module ground_following
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, chain_gap, closing_rate, rounding_steps
+   use rod_state, only: state_t, chain_gap, gap_slope, closing_rate, rounding_steps
    use node_rates, only: rod_rate
    use force_law, only: carries
    use state_transfer, only: carry_stored
@@ -79,7 +79,7 @@ contains
             call chain_gap(problem, state, chain, c, gap(2), normal(:, 2), bend(2))
             call rod_rate(problem, before, e, rate, bow, way)
             bow = bow + bend(1) * (normal(2, 1) * rate(1) - normal(1, 1) * rate(2))
-            lift = gap(1) + dot_product(normal(:, 1), merge(way, rate, chain%bilateral(c))) * shift(node) - gap(2)
+            lift = gap(1) + gap_slope(problem, chain, c, before%geometry%x(:, node), normal(:, 1), rate, way) * shift(node) - gap(2)
             twist = bow * shift(node) - (direction(problem, state, c) - direction(problem, before, c) - turn(normal))
             ! Smaller differences are rounding of positions and directions. All larger ones are applied, even for short motions:
             ! otherwise the interpolation error of transferred polynomials would make the iteration oscillate.

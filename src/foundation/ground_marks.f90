@@ -12,7 +12,7 @@
 module ground_marks
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, chain_gap, closing_rate
+   use rod_state, only: state_t, chain_gap, gap_slope, closing_rate
    use node_rates, only: rod_rate
    use ground_segments, only: segment_stiffness
    use force_law, only: segment_unknown
@@ -46,8 +46,7 @@ contains
          call chain_gap(problem, state, chain, c, gap, n, bend)
          error = gap - mark%level
          call rod_rate(problem, state, chain%element(2, c), rate, turn, way)
-         ! The gap of a bilateral foundation is measured from the gap of the stress-free axis.
-         slope = dot_product(n, merge(way, rate, chain%bilateral(c)))
+         slope = gap_slope(problem, chain, c, state%geometry%x(:, mark%node), n, rate, way)
       end associate
       if (present(normal)) normal = n
    end subroutine mark_error

@@ -4,7 +4,7 @@ module rod_state
    use problem, only: problem_t, rounding_gap, touching_gap
    use rod_geometry, only: geometry_t, new_geometry
    use candidates, only: candidates_t
-   use obstacle_geometry, only: moved_gap
+   use obstacle_geometry, only: moved_gap, obstacle_gap
    use obstacle_pose, only: pose_t
    use ground_coupling, only: settlement
    use rod_load, only: ge_load_t
@@ -17,8 +17,8 @@ module rod_state
    implicit none
    private
    public :: state_t, new_state, element_displacement, element_load, element_compliance, end_pressures, node_position, &
-      & candidate_position, pose_of, candidate_gap, candidate_opening, chain_gap, gap_at, candidate_offset, obstacle_offset, &
-      & closing_rate, may_react, is_stress_free, unknown_push, rounding_steps
+      & candidate_position, pose_of, candidate_gap, candidate_opening, chain_gap, gap_at, gap_slope, candidate_offset, &
+      & obstacle_offset, closing_rate, may_react, is_stress_free, unknown_push, rounding_steps
 
    real(wp), parameter :: rounding_steps = 32.0_wp !! bound of the rounding errors of displacements that are summed along an
    !! element, in rounding units
@@ -298,6 +298,22 @@ contains
          gap = gap + at_home + (candidate_offset(problem, state, list, candidate) - offset)
       end associate
    end subroutine gap_at
+
+   !> Derivative of a candidate's gap along its rod. The gap of a bilateral contact is measured from that of the stress-free axis,
+   !> whose own slope against the surface does not count. On a curved surface both slopes are against different normals.
+   pure real(wp) function gap_slope(problem, list, candidate, home, normal, rate, way) result(slope)
+      type(problem_t), intent(in) :: problem
+      type(candidates_t), intent(in) :: list
+      integer, intent(in) :: candidate
+      real(wp), intent(in) :: home(2)        !! stress-free position of the point
+      real(wp), intent(in) :: normal(2)      !! normal of the obstacle at the present position, as from gap_at
+      real(wp), intent(in) :: rate(2), way(2) !! derivatives of position and displacement by the coordinate along the rod
+      real(wp) :: gap, at_home(2), bend
+      slope = dot_product(normal, rate)
+      if (.not. list%bilateral(candidate)) return
+      call obstacle_gap(problem%model%obstacle(list%obstacle(candidate)), home, gap, at_home, bend)
+      slope = dot_product(normal, way) + dot_product(normal - at_home, rate - way)
+   end function gap_slope
 
    !> Gap of a candidate to the surface as it has settled under the reactions; if the surface does not settle, its gap.
    real(wp) function candidate_opening(problem, state, candidate) result(opening)
