@@ -261,3 +261,44 @@ def test_hot_pipe_comes_back():
     assert len(one) == len(two) == 3
     for a, b in zip(one, two):
         assert abs(a.load_factor - b.load_factor) <= a.error + b.error <= 2e-5 * abs(b.load_factor)
+
+
+def test_a_line_of_contact_that_a_force_splits_at_once_is_no_fault_on_soil_along_the_rod():
+    """A force lifts a pipe off its rigid bed from the first increment on. The C- at load 0 has no estimate, as nothing moves there, and
+    needs none, with soil along the pipe or without: its place and load are those of the deck."""
+    text = """*HEADING
+pipe lifted at a node
+*NODE
+1, 0, 0
+2, 14, 0
+3, 30, 0
+*LINE, ELSET=PIPE, NSET=PIPE
+1, 2
+2, 3
+*BEAM SECTION, ELSET=PIPE, SECTION=STIFFNESS
+100000., 1., , 0.11
+*BOUNDARY
+1, 1
+*OBSTACLE, NAME=BED, TYPE=LINE
+-30, 0, 60, 0
+*CONTACT, OBSTACLE=BED, NSET=PIPE
+{soil}*MONITOR, NAME=lift
+2, U2
+*STEP
+*STATIC, METHOD=LOAD
+0.5
+*DLOAD
+PIPE, GRAV, 1., 0., -1.
+*END STEP
+*STEP
+*STATIC
+0.05, , 0.1
+*CLOAD
+2, 2, 0.84
+*STOP
+lift, ABOVE, 0.02
+*END STEP
+"""
+    run = dr.run_deck(text.format(soil="*AXIAL SOIL, NAME=SOIL, ELSET=PIPE, STIFFNESS=12.57\n"))
+    assert run.labelled("C-")[0].load_factor == 0.0
+    assert [row.label for row in run.results.critical] == [row.label for row in dr.run_deck(text.format(soil="")).results.critical]

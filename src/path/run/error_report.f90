@@ -429,9 +429,9 @@ contains
       end if
       if (.not. (bars%load%estimated .or. any(bars%monitor%estimated))) then
          ! The table of critical points shows which points have no estimate on any mesh. Contact changes without a test function are
-         ! not reported here, except on foundations.
+         ! not reported here, except on foundations from which rods lift off.
          if (.not. (bars%too_coarse .or. (made .and. (any(label == ['LP', 'BP', 'EP']) .or. &
-            & (any(problem%ground%founded) .and. is_contact_label(label)))))) return
+            & (any(.not. problem%ground%chain%bilateral(:problem%ground%chain%n)) .and. is_contact_label(label)))))) return
          accuracy%bar_words = 'whether the errors'//there//' are what was asked for is not known: '//bars%why
          return
       end if
