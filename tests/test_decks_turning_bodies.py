@@ -535,3 +535,36 @@ def test_structure_turns_instead():
     # Convergence of GE8 on twenty elements is far below the tolerance of Newton's method.
     dr.assert_close(one["turn"], -other["turn"], absolute=1e-8)
     dr.assert_close(one["force"], other["force"], relative=1e-7)
+
+
+def test_the_balance_of_a_body_that_carries_a_couple_alone_is_measured_against_the_couple():
+    """Before the cam touches, its couple and the spring in its pin are all the forces there are: their balance is rounding."""
+    run = dr.run_deck("""*HEADING
+cam on a spring in its pin
+*NODE
+1, 0, 0
+2, 1, 0
+9, 0.7, -0.45
+*LINE, ELSET=LEAF, NSET=LEAF
+1, 2
+*BEAM SECTION, ELSET=LEAF, SECTION=STIFFNESS
+480000, 1
+*BOUNDARY
+1, ENCASTRE
+9, PINNED
+*OBSTACLE, NAME=CAM, TYPE=CIRCLE, SIDE=OUTSIDE, NODE=9
+0.56, -0.45, 0.43
+*CONTACT, OBSTACLE=CAM, NSET=LEAF
+*SPRING
+9, 6, 0.75
+*STEP
+*STATIC, METHOD=LOAD
+0.02, , 0.02
+*CLOAD
+9, 6, -0.87
+*STOP
+LOAD, ABOVE, 0.3
+*END STEP
+""")
+    assert run.only("C+").load_factor > 0.1
+    assert max(run.results.accuracy[name] for name in ("moment_balance", "node_balance")) < 1e-8   # the residual of Newton's method

@@ -81,7 +81,8 @@ contains
             support(:, node) = support(:, node) - force
          end where
          force = support(:, node) - problem%model%spring(:, node) * state%u(:, node)
-         scale = max(scale, maxval(abs(force(1:2))))
+         ! A body about a pin may carry nothing but couples.
+         scale = max(scale, maxval(abs(force(1:2))), abs(force(3)) / size_)
          total = total + [force(1:2), force(3) + x(1) * force(2) - x(2) * force(1)]
       end do nodes
       if (problem%candidates%n > 0) scale = max(scale, maxval(abs(state%reaction)))
