@@ -10,7 +10,7 @@ module contact_checks
    use span_forces, only: span_totals, end_force
    use track_nodes, only: rolled_t, rolled
    use conforming_span, only: conforming_state_t, conforming_forces, density_samples, smooth_parts
-   use deck_nodes, only: deck_contact_gaps, find_node
+   use deck_nodes, only: deck_contact_gaps, deck_displacements, find_node
    use rod_profile, only: profile_t, new_profile, mend_ends, profile_error_bound
    use run_accuracy, only: accuracy_t, place_t, note_worst, check_penetration, check_tension, check_complementarity, &
       & check_foundation
@@ -96,14 +96,13 @@ contains
          associate (node => problem%deck%contact(c)%node)
             if (allocated(gaps)) deallocate (gaps, place)
             allocate (gaps(size(node)), place(2, size(node)))
-            call deck_contact_gaps(problem, state, c, gaps, place)
+            call deck_contact_gaps(problem, state, c, deck_displacements(problem, state, node), gaps, place)
             do i = 1, size(node)
+               if (-gaps(i) / problem%size <= accuracy%worst(check_penetration)%value) cycle
                call find_node(problem, state, node(i), mesh_node, e, tau)
                ! Where a contact span begins, the gap of its node on the mesh with this contact is used. It is more accurate than
                ! the polynomial of the element, and than the nodes of the element if that mesh is finer.
                if (begins_at(e, mesh_node)) cycle
-               ! The interpolation error is needed only if the penetration would be the worst without it.
-               if (-gaps(i) / problem%size <= accuracy%worst(check_penetration)%value) cycle
                if (e > 0 .and. gaps(i) < 0.0_wp) gaps(i) = gaps(i) + place_error(problem, state, e, tau, profile)
                call note_worst(accuracy, check_penetration, -gaps(i) / problem%size, at, &
                   & node=problem%deck%mesh%node_label(node(i)))

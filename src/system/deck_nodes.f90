@@ -115,13 +115,14 @@ contains
    end function deck_section_forces
 
    !> Computes gaps and deformed positions at the deck's nodes of a contact.
-   pure subroutine deck_contact_gaps(problem, state, contact, gap, place)
+   pure subroutine deck_contact_gaps(problem, state, contact, u, gap, place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact            !! index into model%contact
+      real(wp), intent(in) :: u(:, :)           !! (3, nodes of the contact in the deck) from deck_displacements
       real(wp), intent(out) :: gap(:)           !! (nodes of the contact in the deck) gaps
       real(wp), intent(out) :: place(:, :)      !! (2, nodes of the contact in the deck) deformed positions
-      real(wp) :: u(3, size(gap)), at_home, home_offset, later, normal(2), bend
+      real(wp) :: at_home, home_offset, later, normal(2), bend
       type(pose_t) :: pose
       integer :: i
       associate (list => problem%deck%contact(contact), o => problem%deck%contact(contact)%obstacle, kept => problem%constant, &
@@ -130,7 +131,6 @@ contains
          ! The part of candidate_offset that is not the parameter GAP of the deck.
          later = overlap * (1.0_wp - kept%resolved(o)) - kept%closing(o) - &
             & state%load_factor * (load%closing(o) + load%resolved(o) * overlap)
-         u = deck_displacements(problem, state, list%node)
          do i = 1, size(list%node)
             associate (home => problem%deck%mesh%x(:, list%node(i)), obstacle => problem%deck%obstacle(o))
                place(:, i) = home + u(1:2, i)

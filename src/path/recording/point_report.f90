@@ -30,7 +30,7 @@ contains
       integer, intent(in) :: number            !! number of points recorded before this point; it decides whether fields are stored
       character(*), intent(in) :: label        !! label of the point; a point with a label always has fields
       type(point_t) :: point
-      real(wp), allocatable :: shares(:), totals(:, :)
+      real(wp), allocatable :: shares(:), totals(:, :), u(:, :)
       type(pose_t) :: pose
       integer :: c
       associate (step => problem%model%step(problem%step))
@@ -81,9 +81,9 @@ contains
          end if
          if (step%field_every == 0) return
          if (mod(number, step%field_every) /= 0 .and. label == '') return
+         u = deck_displacements(problem, state, [(c, c=1, problem%deck%mesh%n_nodes)])
          if (step%field_displacement) then
-            allocate (point%displacement(3, problem%deck%mesh%n_nodes))
-            point%displacement = deck_displacements(problem, state, [(c, c=1, problem%deck%mesh%n_nodes)])
+            point%displacement = u
             ! An imperfection at the start is part of the displacement, which is measured from the coordinates in the deck.
             point%displacement(1:2, :) = point%displacement(1:2, :) + (problem%deck%mesh%x - problem%coordinates)
          end if
@@ -120,7 +120,7 @@ contains
             rows = 0
             do k = 1, size(problem%deck%contact)
                associate (node => problem%deck%contact(k)%node)
-                  call deck_contact_gaps(problem, state, k, point%gap(n + 1:n + size(node)), &
+                  call deck_contact_gaps(problem, state, k, u(:, node), point%gap(n + 1:n + size(node)), &
                      & point%contact_point(:, n + 1:n + size(node)))
                   if (problem%deck%contact(k)%spans) then
                      call node_shares(problem, state, k, point%reaction(n + 1:n + size(node)), &
