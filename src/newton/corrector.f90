@@ -67,7 +67,7 @@ contains
 
    !> Corrects a predictor to equilibrium at the distance of the control's increment from `base`, by Newton's method with a new
    !> tangent in each iteration.
-   subroutine correct(problem, base, control, keep_contact, state, system, report, far_off, again, linearised)
+   subroutine correct(problem, base, control, keep_contact, state, system, report, far_off, linearised, exact)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: base !! state from which the increment is measured: a converged state, or the predictor itself
       type(control_t), intent(in) :: control     !! control; its tangent must be set if its method uses the tangent
@@ -76,11 +76,12 @@ contains
       type(system_t), intent(inout) :: system
       type(increment_t), intent(out) :: report
       logical, intent(in), optional :: far_off   !! true: touchdown points may be far from their final positions
-      logical, intent(in), optional :: again !! true: at least one iteration is made, even if the residual is small, because the
-      !! predictor may be close but inaccurate
       logical, intent(in), optional :: linearised !! true: `system` is assembled and factored at `state`, which equals `base`
+      real(wp), intent(in), optional :: exact !! largest error as in increment_t%left: one iteration more is made if the error is
+      !! larger, because the residual of a soft structure is small before the point is accurate
       real(wp) :: rhs
-      logical :: more, known
+      integer :: pass
+      logical :: known
       type(state_t) :: origin
       type(control_t) :: seen
       type(kept_t) :: kept(1)
@@ -93,14 +94,12 @@ contains
       end if
       origin = base
       seen = control
-      more = .false.
-      if (present(again)) more = again
-      do
+      do pass = 1, 2
          if (problem%moves_nodes()) call follow_nodes(problem, base, control, state, kept, origin, seen)
          call control_row(problem, seen, origin, state, system, rhs)
          call iterate(problem, base, control, state, system, rhs, keep_contact, huge(1), report, far_off)
-         if (.not. (more .and. report%converged)) return
-         more = .false.
+         if (pass == 2 .or. .not. (report%converged .and. present(exact))) return
+         if (report%left <= exact) return
          report%converged = .false.
       end do
    end subroutine correct

@@ -11,6 +11,8 @@ module increment_report
       integer :: iterations = 0
       real(wp) :: effort = 0.0_wp              !! fractional number of iterations, see effort_of
       real(wp) :: residual = 0.0_wp
+      real(wp) :: left = 0.0_wp !! next correction at the present rate of convergence: of displacements and load factor over their
+      !! changes in the increment, of touchdown points over the spans beside them
       integer :: lcp_size = 0, lcp_pivots = 0    !! size of the largest LCP; number of pivots of all LCPs
       character(:), allocatable :: message     !! reason of the failure; not allocated: no failure
       logical :: hopeless = .false. !! true: a shorter increment fails, too, because to first order its equations are the same

@@ -54,6 +54,8 @@ module newton_iteration
       logical :: refactor = .false.            !! true: the tangent must be factored anew
       ! History:
       real(wp), allocatable :: corrections(:)  !! largest translation of a node in each iteration
+      real(wp) :: load_steps(2) = 0.0_wp       !! changes of the load factor in the last two iterations, without their sign
+      real(wp) :: travels(2) = 0.0_wp          !! `gone` of the last two iterations
       real(wp) :: best = huge(1.0_wp)          !! smallest residual so far
       integer :: last_change = 0, last_progress = 0 !! iteration with the last contact change; iteration with the last smaller
       !! residual
@@ -114,6 +116,7 @@ contains
          call solve_step(problem, state, system, rhs, frozen, newton%step, report)
          if (allocated(report%message)) return
          report%iterations = report%iterations + 1
+         newton%load_steps = [newton%load_steps(2), abs(newton%step%y)]
          call count_up(counter_newton)
          call follow_step(problem, start, given, state, system, newton, report)
          if (allocated(report%message)) return
@@ -219,6 +222,7 @@ contains
                newton%searching = any(searches(problem, state))
                if (newton%searching) call begin_search(newton)
             end if
+            newton%travels = [newton%travels(2), newton%gone]
             ! If a span is much too long, its touchdown point moves by about a tenth of it in each iteration: the moment of the span
             ! decreases with the square of its length. The iteration limit counts from the last such movement.
             if (newton%seeking .and. newton%gone > far) newton%last_change = newton%number
@@ -301,9 +305,29 @@ contains
       report%converged = system%ok
       if (.not. system%ok) report%message = 'the tangent is singular'
       call keep_resultants(problem, system, state)
+      report%left = max(relative_rest(newton%corrections, largest_move(newton%origin, state)), relative_rest(newton%load_steps, &
+         & abs(state%load_factor - newton%origin%load_factor)), relative_rest(newton%travels, 1.0_wp))
       report%effort = report%effort + effort_of(newton%corrections, &
          & max(sqrt(newton%tolerance) * largest_move(newton%origin, state), rounding_gap(problem)))
    end subroutine finish
+
+   !> Next one of a sequence of corrections that decrease as the last two do, over the whole increment, at most 1. If the rate is
+   !> unknown, it counts as large as the last one.
+   pure real(wp) function relative_rest(corrections, whole) result(rest)
+      real(wp), intent(in) :: corrections(:)   !! without signs, at least one
+      real(wp), intent(in) :: whole
+      integer :: n
+      n = size(corrections)
+      rest = corrections(n)
+      if (n > 1) then
+         if (rest < corrections(n - 1) .and. corrections(n - 1) <= whole) rest = rest * (rest / corrections(n - 1))
+      end if
+      if (rest < whole) then
+         rest = rest / whole
+      else
+         rest = merge(1.0_wp, 0.0_wp, rest > 0.0_wp)
+      end if
+   end function relative_rest
 
    !> Restarts the iteration limit and the record of the smallest residual when foundation elements begin to determine their contact
    !> themselves, because the equations are then different.

@@ -93,9 +93,8 @@ contains
          part = event%before / (event%before - event%after)
          here%state = between(problem, from%state, trial%state, from%tangent, trial%tangent, part)
          here%system = from%system
-         ! If the value hardly depends on the load, the residual becomes small before the load factor is exact.
          call correct(problem, from%state, holding_value(event%monitor, -event%before), .false., here%state, here%system, report, &
-            & again=.true.)
+            & exact=problem%model%step(problem%step)%locate_tolerance)
          if (.not. report%converged) return
          if (.not. alike(problem, from%state, here%state)) return
          if (.not. lies_between(problem, from%state, trial%state, from%tangent, trial%tangent, here%state)) return

@@ -90,7 +90,7 @@ contains
                & division%slopes(1), division%slopes(2)))
          end if
          here%system = run%last%system
-         call correct(problem, run%last%state, division%control, .false., here%state, here%system, report, again=.true.)
+         call correct(problem, run%last%state, division%control, .false., here%state, here%system, report, exact=0.0_wp)
       else if (size(problem%mark) > 0 .and. is_stress_free(run%last%state)) then
          ! At a stress-free start the end of contact with a foundation is undefined: the point is then found from the other end, by
          ! an increment backwards.
