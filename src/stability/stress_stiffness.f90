@@ -10,11 +10,13 @@ module stress_stiffness
    use problem, only: problem_t, dof, carried_by
    use rod_state, only: state_t, element_load, end_pressures
    use rod_load, only: ge_load_t
-   use linear_system, only: system_t, sum_elements, turn_pair, matrix_to_node, to_global, add_swings, apply_joints, contact_pull
-   use tied_nodes, only: tie_swing, node_unknowns, spread_force, add_matrix
+   use linear_system, only: system_t, sum_elements, turn_pair, matrix_to_node, to_global, contact_pull
+   use node_matrices, only: node_matrices_t, add_node_matrices, apply_node_matrices, combined
+   use tied_nodes, only: tie_swing
+   use joint_stiffness, only: swing_matrix
    use element_products, only: apply_elements
    use node_axes, only: element_unknowns
-   use carried_obstacles, only: load_on_carrier, apply_carried_loads, apply_at_contact, add_at_contact
+   use carried_obstacles, only: load_on_carrier, with_carrier
    use node_loads, only: node_push_t, node_pushes
    use bordered_system, only: resultant_rates, held_force_change
    use node_contact_functional, only: reaction_rate
@@ -31,12 +33,8 @@ module stress_stiffness
       real(wp), allocatable :: element(:, :, :) !! (6, 6, elements) element matrices, node axes
       real(wp), allocatable :: shift(:, :, :) !! (6, 2, elements) element matrices times a unit translation in x and in y; (6, 2, 0)
       !! without foundations
-      real(wp), allocatable :: contact(:, :, :) !! (2, 2, candidates) matrices of contacts at their nodes
-      real(wp), allocatable :: pull(:, :)      !! (2, candidates) forces of contacts, see add_at_contact
-      real(wp), allocatable :: laid(:, :, :)   !! (9, 9, elements) tangents of loads on conforming elements, see load_on_carrier
-      real(wp), allocatable :: swing(:)        !! (ties) geometric stiffness of rigid links
+      type(node_matrices_t) :: at_nodes        !! matrices of nodes, see system_t
       real(wp), allocatable :: pressure(:, :)  !! (2, elements) follower pressure contained in the matrices, at both ends
-      type(node_push_t), allocatable :: push(:) !! loads on nodes with stiffness, node axes
    end type stress_stiffness_t
 
 contains
@@ -62,22 +60,16 @@ contains
       ! slower.
       real(wp), parameter :: part = 1.0e-3_wp
       type(stress_stiffness_t) :: more
-      integer :: c
+      real(wp) :: over
       call sum_stresses(problem, state, system, factor, matrix)
       call sum_stresses(problem, state, system, (1.0_wp + part) * factor, more)
       call sum_stresses(problem, state, system, (1.0_wp - part) * factor, derivative)
       derivative%pressure = end_pressures(problem, state, problem%model%step(problem%step)%load)
-      derivative%k = band_sum(0.5_wp / (part * factor), more%k, -0.5_wp / (part * factor), derivative%k)
-      derivative%element = (more%element - derivative%element) / (2.0_wp * part * factor)
-      derivative%shift = (more%shift - derivative%shift) / (2.0_wp * part * factor)
-      derivative%swing = (more%swing - derivative%swing) / (2.0_wp * part * factor)
-      derivative%contact = (more%contact - derivative%contact) / (2.0_wp * part * factor)
-      derivative%pull = (more%pull - derivative%pull) / (2.0_wp * part * factor)
-      derivative%laid = (more%laid - derivative%laid) / (2.0_wp * part * factor)
-      do c = 1, size(more%push)
-         derivative%push(c)%stiffness_rate = (more%push(c)%stiffness_rate - derivative%push(c)%stiffness_rate) / &
-            & (2.0_wp * part * factor)
-      end do
+      over = 0.5_wp / (part * factor)
+      derivative%k = band_sum(over, more%k, -over, derivative%k)
+      derivative%element = over * (more%element - derivative%element)
+      derivative%shift = over * (more%shift - derivative%shift)
+      derivative%at_nodes = combined(over, more%at_nodes, -over, derivative%at_nodes)
    end subroutine stiffness_under
 
    !> Stress stiffness for a change of the load factor; for factor 0 its derivative by the load factor.
@@ -89,9 +81,9 @@ contains
       type(stress_stiffness_t), intent(out) :: matrix
       type(system_t) :: stresses
       class(rod_element_t), pointer :: rod
-      real(wp) :: rate(size(system%op, 1), problem%model%mesh%n_elements)
-      real(wp) :: reaction, t(2), du(6), shift(6, 2), bent(3, 3), times
-      integer :: e, c, d
+      type(node_push_t), allocatable :: push(:)
+      real(wp) :: rate(size(system%op, 1), problem%model%mesh%n_elements), du(6), shift(6, 2), k(3, 3), reaction, t(2), pull(2), times
+      integer :: e, c
       times = factor
       if (.not. abs(factor) > 0.0_wp) times = 1.0_wp
       rate = resultant_rates(problem, system, system%tangent, 1.0_wp)
@@ -107,54 +99,52 @@ contains
          if (size(stresses%eshift, 3) > 0) stresses%eshift(:, :, e) = shift
       end do
       call sum_elements(problem, stresses)
-      allocate (matrix%swing(size(system%swing)))
-      do c = 1, size(matrix%swing)
-         associate (tie => problem%model%tie(c))
-            d = dof(problem, tie%node, tie%component)
-            matrix%swing(c) = times * tie_swing(tie, state%u, held_force_change(system, d, system%tangent, 1.0_wp))
-         end associate
-      end do
-      call add_swings(problem, system, matrix%swing, stresses%k)
       matrix%k = stresses%k
       matrix%element = stresses%ek
       matrix%shift = stresses%eshift
       matrix%pressure = times * end_pressures(problem, state, problem%model%step(problem%step)%load)
+      do c = 1, size(problem%model%tie)
+         associate (tie => problem%model%tie(c))
+            if (tie%turner > 0) call matrix%at_nodes%append([tie%turner], swing_matrix(system, tie%turner, times * &
+               & tie_swing(tie, state%u, held_force_change(system, dof(problem, tie%node, tie%component), system%tangent, 1.0_wp))))
+         end associate
+      end do
       call load_carriers()
-      allocate (matrix%contact(2, 2, problem%candidates%n), source=0.0_wp)
-      allocate (matrix%pull(2, problem%candidates%n), source=0.0_wp)
       ! Geometric stiffness of curved obstacles under their reactions.
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) cycle
-         associate (node => problem%candidates%node(c))
-            reaction = times * reaction_rate(problem, state, system, c) * system%bend(c)
+         associate (node => problem%candidates%node(c), &
+            & carrier => problem%model%obstacle(problem%candidates%obstacle(c))%carrier)
+            reaction = times * reaction_rate(problem, state, system, c)
             t = [system%normal(2, c), -system%normal(1, c)]
             if (system%turned(node)) call turn_pair(system%axis(:, node), t)
-            matrix%contact(:, 1, c) = -reaction * t * t(1)
-            matrix%contact(:, 2, c) = -reaction * t * t(2)
-            bent = 0.0_wp
-            bent(1:2, 1:2) = matrix%contact(:, :, c)
-            matrix%pull(:, c) = contact_pull(problem, system, c, times * reaction_rate(problem, state, system, c), &
-               & times * held_force_change(system, dof(problem, node, 3), system%tangent, 1.0_wp), stresses%ef)
-            call add_at_contact(problem, system, c, bent, matrix%pull(:, c), matrix%k)
+            k = 0.0_wp
+            k(1:2, 1) = -reaction * system%bend(c) * t * t(1)
+            k(1:2, 2) = -reaction * system%bend(c) * t * t(2)
+            if (carrier == 0) then
+               call matrix%at_nodes%append([node], k)
+            else
+               pull = contact_pull(problem, system, c, reaction, &
+                  & times * held_force_change(system, dof(problem, node, 3), system%tangent, 1.0_wp), stresses%ef)
+               call matrix%at_nodes%append([node, carrier], with_carrier(problem, system, c, k, pull), relative=.true.)
+            end if
          end associate
       end do
-      matrix%push = node_pushes(problem, state)
-      do c = 1, size(matrix%push)
-         associate (push => matrix%push(c))
-            call matrix_to_node(system, push%node, push%stiffness_rate)
-            push%stiffness_rate = times * push%stiffness_rate
-            call add_matrix(problem, system%tie_block, [push%node], push%stiffness_rate, matrix%k)
-         end associate
+      push = node_pushes(problem, state)
+      do c = 1, size(push)
+         call matrix_to_node(system, push(c)%node, push(c)%stiffness_rate)
+         call matrix%at_nodes%append([push(c)%node], times * push(c)%stiffness_rate)
       end do
+      call add_node_matrices(problem, system%tie_block, system%slip_block, matrix%at_nodes, matrix%k)
 
    contains
 
       !> Adds the tangent of the step's loads on conforming elements, and sets the derivatives of the end forces of these elements.
       subroutine load_carriers()
          type(ge_load_t) :: load
-         real(wp) :: force(3), unused(3)
-         matrix%laid = 0.0_wp * system%laid
-         do e = 1, size(matrix%laid, 3)
+         real(wp) :: force(3), unused(3), laid(9, 9)
+         if (size(problem%ties%carrier) == 0) return
+         do e = 1, problem%model%mesh%n_elements
             if (carried_by(problem, e) == 0) cycle
             stresses%ef(:, e) = times * (matmul(system%ek(:, :, e), element_unknowns(problem, system, system%tangent, e)) - &
                & system%el(:, e))
@@ -162,10 +152,8 @@ contains
             load%line = load%line_rate
             load%pressure = load%pressure_rate
             if (allocated(load%more)) load%more%line = load%more%line_rate
-            call load_on_carrier(problem, state, system, e, load, force, unused, matrix%laid(:, :, e))
-            matrix%laid(:, :, e) = times * matrix%laid(:, :, e)
-            call add_matrix(problem, system%slip_block, [carried_by(problem, e), problem%model%mesh%node(:, e)], &
-               & matrix%laid(:, :, e), matrix%k)
+            call load_on_carrier(problem, state, system, e, load, force, unused, laid)
+            call matrix%at_nodes%append([carried_by(problem, e), problem%model%mesh%node(:, e)], times * laid, relative=.true.)
          end do
       end subroutine load_carriers
    end subroutine sum_stresses
@@ -177,23 +165,7 @@ contains
       type(stress_stiffness_t), intent(in) :: matrix
       real(wp), intent(in) :: x(:)             !! (n) vector, node axes; zero at the fixed unknowns
       real(wp), intent(out) :: y(:), form      !! (n) product; x^T y
-      real(wp) :: force(3), moved(3), bent(3, 3)
-      integer :: c
       call apply_elements(problem, system, matrix%element, matrix%shift, matrix%pressure, x, y, form)
-      call apply_joints(problem, system, matrix%swing, .false., x, y, form)
-      call apply_carried_loads(problem, system, matrix%laid, x, y, form)
-      bent = 0.0_wp
-      do c = 1, problem%candidates%n
-         bent(1:2, 1:2) = matrix%contact(:, :, c)
-         call apply_at_contact(problem, system, c, bent, matrix%pull(:, c), x, y, form)
-      end do
-      do c = 1, size(matrix%push)
-         associate (node => matrix%push(c)%node)
-            moved = node_unknowns(problem, system%tie_block, node, x)
-            force = matmul(matrix%push(c)%stiffness_rate, moved)
-            call spread_force(problem, system%tie_block, node, force, y)
-            form = form + dot_product(moved, force)
-         end associate
-      end do
+      call apply_node_matrices(problem, system%tie_block, system%slip_block, matrix%at_nodes, x, y, form)
    end subroutine apply_stress
 end module stress_stiffness

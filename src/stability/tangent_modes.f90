@@ -7,15 +7,12 @@
 module tangent_modes
    use kinds, only: wp
    use errors, only: error_t
-   use problem, only: problem_t, dof, unknown_weights
+   use problem, only: problem_t, unknown_weights
    use rod_state, only: state_t, end_pressures
-   use linear_system, only: system_t, to_global, contact_tangent, contact_pull, node_reaction, spring_tangent, &
-      & matrix_to_node, apply_joints
+   use linear_system, only: system_t, to_global
+   use node_matrices, only: apply_node_matrices
    use axial_rigidity, only: shrinking_forces
-   use tied_nodes, only: node_unknowns, spread_force
    use element_products, only: apply_elements
-   use carried_obstacles, only: apply_carried_loads, apply_at_contact
-   use node_loads, only: node_push_t, node_pushes
    use deck_nodes, only: deck_node_rates
    use active_coupling, only: subtract_excess
    use bordered_system, only: solve_effective
@@ -202,44 +199,13 @@ contains
       real(wp), intent(in) :: x(:)             !! (n) vector, node axes; zero at the fixed unknowns
       real(wp), intent(out) :: y(:)            !! (n)
       real(wp), intent(out) :: form            !! x^T y
-      real(wp) :: force(2), k(3, 3), excess, pressure(2, problem%model%mesh%n_elements)
-      type(node_push_t), allocatable :: pushed(:)
-      integer :: c, i, node
+      real(wp) :: excess, pressure(2, problem%model%mesh%n_elements)
       pressure = end_pressures(problem, state, problem%constant) + &
          & state%load_factor * end_pressures(problem, state, problem%model%step(problem%step)%load)
       call apply_elements(problem, system, system%ek, system%eshift, pressure, x, y, form)
-      call apply_carried_loads(problem, system, system%laid, x, y, form)
-      do c = 1, problem%candidates%n
-         if (.not. state%active(c)) cycle
-         call contact_tangent(problem, state, system, c, force, k)
-         call apply_at_contact(problem, system, c, k, contact_pull(problem, system, c, node_reaction(problem, &
-            & state, system, c), system%residual(dof(problem, problem%candidates%node(c), 3)), system%ef), x, y, form)
-      end do
+      call apply_node_matrices(problem, system%tie_block, system%slip_block, system%at_nodes, x, y, form)
       call subtract_excess(system%coupling, x, y, excess)
       form = form - excess
-      do node = 1, problem%model%mesh%n_nodes
-         if (.not. any(problem%model%spring(:, node) > 0.0_wp)) cycle
-         call add_node(node, spring_tangent(problem, system, node))
-      end do
-      pushed = node_pushes(problem, state)
-      do i = 1, size(pushed)
-         call matrix_to_node(system, pushed(i)%node, pushed(i)%stiffness)
-         call add_node(pushed(i)%node, pushed(i)%stiffness)
-      end do
-      call apply_joints(problem, system, system%swing, .true., x, y, form)
-
-   contains
-
-      !> Adds the product of a matrix at a node with the vector.
-      subroutine add_node(at, matrix)
-         integer, intent(in) :: at
-         real(wp), intent(in) :: matrix(3, 3)
-         real(wp) :: own(3), push(3)
-         own = node_unknowns(problem, system%tie_block, at, x)
-         push = matmul(matrix, own)
-         call spread_force(problem, system%tie_block, at, push, y)
-         form = form + dot_product(own, push)
-      end subroutine add_node
    end subroutine apply_tangent
 
    subroutine apply_inverse(self, x, y)

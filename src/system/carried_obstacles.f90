@@ -21,13 +21,11 @@ module carried_obstacles
    use obstacle_pose, only: pose_t, rigid_motion, about_pivot
    use obstacle_track, only: track_t
    use conforming_span, only: conforming_state_t, conforming_track
-   use tied_nodes, only: add_matrix, node_unknowns, spread_force
-   use band_matrix, only: band_t
    use system_type, only: system_t
    use node_axes, only: own_axes
    implicit none
    private
-   public :: set_carried, add_carried_loads, load_on_carrier, apply_carried_loads, add_at_contact, apply_at_contact
+   public :: set_carried, add_carried_loads, load_on_carrier, with_carrier
 
 contains
 
@@ -135,18 +133,18 @@ contains
    subroutine add_carried_loads(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(system_t), intent(inout) :: system !! in: residual, load and band contain the elements; out: with the loads on carriers,
-      !! and `laid`
-      real(wp) :: force(3), rate(3)
+      type(system_t), intent(inout) :: system !! in: residual and load contain the elements; out: with the loads on carriers
+      real(wp) :: force(3), rate(3), k(9, 9)
       integer :: e, d, carrier
-      do e = 1, size(system%laid, 3)
+      if (size(problem%ties%carrier) == 0) return
+      do e = 1, problem%model%mesh%n_elements
          carrier = carried_by(problem, e)
          if (carrier == 0) cycle
-         call load_on_carrier(problem, state, system, e, element_load(problem, state, e), force, rate, system%laid(:, :, e))
+         call load_on_carrier(problem, state, system, e, element_load(problem, state, e), force, rate, k)
          d = dof(problem, carrier, 1)
          system%residual(d:d + 2) = system%residual(d:d + 2) - force
          system%load(d:d + 2) = system%load(d:d + 2) + rate
-         call add_matrix(problem, system%slip_block, [carrier, problem%model%mesh%node(:, e)], system%laid(:, :, e), system%k)
+         call system%at_nodes%append([carrier, problem%model%mesh%node(:, e)], k, relative=.true.)
       end do
    end subroutine add_carried_loads
 
@@ -221,85 +219,14 @@ contains
       end function start_tangent
    end subroutine load_on_carrier
 
-   !> Adds the product of the loads' tangent with a vector x to y, and x^T times this product to `form`.
-   pure subroutine apply_carried_loads(problem, system, laid, x, y, form)
-      type(problem_t), intent(in) :: problem
-      type(system_t), intent(in) :: system
-      real(wp), intent(in) :: laid(:, :, :)    !! (9, 9, elements) tangents from load_on_carrier
-      real(wp), intent(in) :: x(:)             !! (n) node axes
-      real(wp), intent(inout) :: y(:), form    !! (n) products, and x^T y; in/out: this product is added
-      integer :: e
-      do e = 1, size(laid, 3)
-         if (carried_by(problem, e) > 0) call apply_matrix(problem, system%slip_block, &
-            & [carried_by(problem, e), problem%model%mesh%node(:, e)], laid(:, :, e), x, y, form)
-      end do
-   end subroutine apply_carried_loads
-
-   !> Adds the product of a matrix for some nodes, in the nodes' axes, with a vector x to y, and x^T times this product to `form`.
-   pure subroutine apply_matrix(problem, block, nodes, matrix, x, y, form)
-      type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: block(:, :, :)   !! (3, 3, blocks) system%tie_block or system%slip_block
-      integer, intent(in) :: nodes(:)
-      real(wp), intent(in) :: matrix(:, :)     !! (3 * number of nodes, the same) matrix in the nodes' axes
-      real(wp), intent(in) :: x(:)             !! (n) node axes
-      real(wp), intent(inout) :: y(:), form
-      real(wp) :: moved(3 * size(nodes)), force(3 * size(nodes))
-      integer :: i
-      do i = 1, size(nodes)
-         moved(3 * i - 2:3 * i) = node_unknowns(problem, block, nodes(i), x)
-      end do
-      force = matmul(matrix, moved)
-      do i = 1, size(nodes)
-         call spread_force(problem, block, nodes(i), force(3 * i - 2:3 * i), y)
-      end do
-      form = form + dot_product(moved, force)
-   end subroutine apply_matrix
-
-   !> Adds to the band the matrix of a contact at its node. The matrix refers to displacements relative to the obstacle.
-   subroutine add_at_contact(problem, system, candidate, matrix, pull, band)
+   !> Matrix of a contact with a carried obstacle for the unknowns of the contact's node and of the carrier. It includes the second
+   !> variation of the node's motion with the body.
+   pure function with_carrier(problem, system, candidate, matrix, pull) result(k)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: matrix(3, 3)     !! matrix of the contact, node axes
+      real(wp), intent(in) :: matrix(3, 3)     !! matrix of the contact for displacements relative to the obstacle, node axes
       real(wp), intent(in) :: pull(2)          !! force of the obstacle on the node (contact_pull), or its derivative; global axes
-      type(band_t), intent(inout) :: band
-      associate (node => problem%candidates%node(candidate), &
-         & carrier => problem%model%obstacle(problem%candidates%obstacle(candidate))%carrier)
-         if (carrier > 0) then
-            call add_matrix(problem, system%slip_block, [node, carrier], turned_with(problem, system, candidate, matrix, pull), &
-               & band)
-         else
-            call add_matrix(problem, system%tie_block, [node], matrix, band)
-         end if
-      end associate
-   end subroutine add_at_contact
-
-   !> Adds the product of the matrix of a contact (see add_at_contact) with a vector x to y, and x^T times this product to `form`.
-   pure subroutine apply_at_contact(problem, system, candidate, matrix, pull, x, y, form)
-      type(problem_t), intent(in) :: problem
-      type(system_t), intent(in) :: system
-      integer, intent(in) :: candidate
-      real(wp), intent(in) :: matrix(3, 3), pull(2) !! matrix and force of the contact, see add_at_contact
-      real(wp), intent(in) :: x(:)             !! (n) node axes
-      real(wp), intent(inout) :: y(:), form    !! (n) products, and x^T y; in/out: this product is added
-      associate (node => problem%candidates%node(candidate), &
-         & carrier => problem%model%obstacle(problem%candidates%obstacle(candidate))%carrier)
-         if (carrier > 0) then
-            call apply_matrix(problem, system%slip_block, [node, carrier], turned_with(problem, system, candidate, matrix, &
-               & pull), x, y, form)
-         else
-            call apply_matrix(problem, system%tie_block, [node], matrix, x, y, form)
-         end if
-      end associate
-   end subroutine apply_at_contact
-
-   !> Matrix of a contact at its node for the unknowns of the node and of the carrier. It includes the second variation of the
-   !> node's motion with the body.
-   pure function turned_with(problem, system, candidate, matrix, pull) result(k)
-      type(problem_t), intent(in) :: problem
-      type(system_t), intent(in) :: system
-      integer, intent(in) :: candidate
-      real(wp), intent(in) :: matrix(3, 3), pull(2)
       real(wp) :: k(6, 6), axes(3, 3)
       k = 0.0_wp
       k(:3, :3) = matrix
@@ -307,5 +234,5 @@ contains
       k(6, :3) = pull(2) * axes(1, :) - pull(1) * axes(2, :)
       k(:3, 6) = k(6, :3)
       k(6, 6) = -dot_product(pull, system%arm(:, candidate))
-   end function turned_with
+   end function with_carrier
 end module carried_obstacles

@@ -11,11 +11,11 @@ module contact_terms
    use tied_nodes, only: spread_force, add_matrix
    use system_type, only: system_t
    use node_axes, only: to_node, turn_pair, own_axes
-   use carried_obstacles, only: add_at_contact
+   use carried_obstacles, only: with_carrier
    use eliminated_unknowns, only: contact_reaction
    implicit none
    private
-   public :: set_foundation, set_coupling, add_contact, add_marks, contact_tangent, contact_pull, node_reaction
+   public :: set_foundation, set_coupling, add_contact, add_marks, contact_pull
 
 contains
 
@@ -62,10 +62,11 @@ contains
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system
       integer :: c, d
-      real(wp) :: force(2), k(3, 3), motion(3), normal(3)
+      real(wp) :: force(2), k(3, 3), motion(3), normal(3), pull(2)
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) cycle
-         associate (node => problem%candidates%node(c))
+         associate (node => problem%candidates%node(c), &
+            & carrier => problem%model%obstacle(problem%candidates%obstacle(c))%carrier)
             d = dof(problem, node, 1)
             call contact_tangent(problem, state, system, c, force, k)
             if (system%soft(c)) call spread_force(problem, system%tie_block, node, -[force, 0.0_wp], system%residual)
@@ -75,9 +76,12 @@ contains
                & (problem%candidates%moves(c) .or. .not. system%turned(node))) then
                system%residual(d + 2) = system%residual(d + 2) + touchdown_couple(problem, state, c)
             end if
-            call add_at_contact(problem, system, c, k, contact_pull(problem, system, c, node_reaction(problem, state, system, c), &
-               & system%residual(d + 2), system%ef), system%k)
-            if (problem%model%obstacle(problem%candidates%obstacle(c))%carrier > 0) cycle
+            if (carrier > 0) then
+               pull = contact_pull(problem, system, c, node_reaction(problem, state, system, c), system%residual(d + 2), system%ef)
+               call system%at_nodes%append([node, carrier], with_carrier(problem, system, c, k, pull), relative=.true.)
+               cycle
+            end if
+            call system%at_nodes%append([node], k)
             motion = [system%motion(:, c), 0.0_wp]
             normal = [system%normal(:, c), 0.0_wp]
             if (system%turned(node)) call turn_pair(system%axis(:, node), motion(1:2))

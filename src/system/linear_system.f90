@@ -20,17 +20,17 @@ module linear_system
    use node_axes, only: to_node, turn_force, turn_pair, matrix_to_node, to_global, spread_element
    use carried_obstacles, only: set_carried, add_carried_loads
    use eliminated_unknowns, only: set_constraints, contact_reaction, reaction_weights
-   use contact_terms, only: set_foundation, set_coupling, add_contact, add_marks, contact_tangent, contact_pull, node_reaction
-   use joint_stiffness, only: add_joint_springs, set_swings, add_swings, apply_joints
+   use contact_terms, only: set_foundation, set_coupling, add_contact, add_marks, contact_pull
+   use joint_stiffness, only: add_joint_springs, add_links
+   use node_matrices, only: add_node_matrices
    use rigidity_maps, only: set_rigidity
    use rolling_rods, only: constrain_rolling
    use residual_measure, only: measure_residual, worst_round_off
    use timing, only: timing_start, timing_stop, count_up, phase_elements, phase_assembly, counter_evaluated
    implicit none
    private
-   public :: system_t, new_system, assemble, sum_elements, contact_tangent, contact_pull, node_reaction, spring_tangent, &
-      & add_swings, apply_joints, matrix_to_node, turn_pair, to_node, to_global, row_times, rows_times, contact_reaction, &
-      & reaction_weights, worst_round_off
+   public :: system_t, new_system, assemble, sum_elements, contact_pull, matrix_to_node, turn_pair, to_node, to_global, row_times, &
+      & rows_times, contact_reaction, reaction_weights, worst_round_off
 
 contains
 
@@ -89,6 +89,7 @@ contains
       call set_carried(problem, state, system)
       call set_blocks(problem, state%u, system%turned, system%axis, system%roll, system%lean, system%tie_block)
       call sum_elements(problem, system)
+      call system%at_nodes%clear()
       call add_carried_loads(problem, state, system)
       call set_rigidity(problem, state, system)
       call add_node_loads()
@@ -96,8 +97,8 @@ contains
       call add_springs()
       call add_joint_springs(problem, state, system)
       call add_contact(problem, state, system)
-      call set_swings(problem, state, system)
-      call add_swings(problem, system, system%swing, system%k)
+      call add_links(problem, state, system)
+      call add_node_matrices(problem, system%tie_block, system%slip_block, system%at_nodes, system%k)
       call constrain_rolling(problem, state, system)
       call measure_residual(problem, state, system)
       system%defect_residual = max(worst(1), worst(2) / system%force_scale, worst(3) / problem%size)
@@ -132,20 +133,25 @@ contains
             call matrix_to_node(system, push(n)%node, push(n)%stiffness)
             call spread_force(problem, system%tie_block, push(n)%node, -push(n)%force, system%residual)
             call spread_force(problem, system%tie_block, push(n)%node, push(n)%rate, system%load)
-            call add_matrix(problem, system%tie_block, [push(n)%node], push(n)%stiffness, system%k)
+            call system%at_nodes%append([push(n)%node], push(n)%stiffness)
          end do
       end subroutine add_node_pushes
 
       !> Adds springs between nodes and fixed points. They are stress-free at the start.
       subroutine add_springs()
-         integer :: node
-         real(wp) :: force(3)
+         integer :: node, i
+         real(wp) :: force(3), k(3, 3)
          do node = 1, problem%model%mesh%n_nodes
             if (.not. any(problem%model%spring(:, node) > 0.0_wp)) cycle
             force = problem%model%spring(:, node) * state%u(:, node)
             call to_node(system, node, force)
             call spread_force(problem, system%tie_block, node, force, system%residual)
-            call add_matrix(problem, system%tie_block, [node], spring_tangent(problem, system, node), system%k)
+            k = 0.0_wp
+            do i = 1, 3
+               k(i, i) = problem%model%spring(i, node)
+            end do
+            call matrix_to_node(system, node, k)
+            call system%at_nodes%append([node], k)
          end do
       end subroutine add_springs
    end subroutine assemble
@@ -224,20 +230,6 @@ contains
          k(j, first:first + 2) = row
       end do
    end subroutine turn_element
-
-   !> Stiffness of the springs at a node, in the node's axes.
-   pure function spring_tangent(problem, system, node) result(k)
-      type(problem_t), intent(in) :: problem
-      type(system_t), intent(in) :: system     !! provides the node axes
-      integer, intent(in) :: node
-      real(wp) :: k(3, 3)
-      integer :: i
-      k = 0.0_wp
-      do i = 1, 3
-         k(i, i) = problem%model%spring(i, node)
-      end do
-      call matrix_to_node(system, node, k)
-   end function spring_tangent
 
    !> Row i of the tangent times x.
    pure real(wp) function row_times(system, i, x)

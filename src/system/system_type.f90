@@ -11,6 +11,7 @@ module system_type
    use band_matrix, only: band_t, factor_t, new_band
    use active_coupling, only: active_coupling_t
    use axial_rigidity, only: rigidity_t, new_rigidity
+   use node_matrices, only: node_matrices_t
    implicit none
    private
    public :: system_t, new_system
@@ -19,6 +20,7 @@ module system_type
    type :: system_t
       integer :: n = 0                          !! number of unknowns
       type(band_t) :: k !! band matrix: tangent in node axes, without elimination, with the excess stiffness of coupled ground
+      type(node_matrices_t) :: at_nodes         !! all parts of the tangent except elements and interface points, node axes
       type(factor_t) :: factor
       type(active_coupling_t) :: coupling           !! coupled ground, with the excess stiffness that it has in the band matrix
       real(wp), allocatable :: residual(:)      !! (n) internal minus external forces, with the element unknowns eliminated
@@ -36,15 +38,11 @@ module system_type
       real(wp), allocatable :: tie_block(:, :, :) !! blocks of the derivative T' of tied nodes, see tied_nodes
       real(wp), allocatable :: arm(:, :) !! (2, candidates) vector from the obstacle's pivot to the node; zero if no node carries
       !! the obstacle
-      real(wp), allocatable :: laid(:, :, :) !! (9, 9, elements) tangent of the loads on conforming elements (carried_obstacles);
-      !! size 0 if no obstacle is carried
       real(wp), allocatable :: slip_block(:, :, :) !! blocks of the displacements relative to carried obstacles, see
       !! carried_obstacles
       type(rigidity_t) :: rigidity              !! linear maps of inextensible elements
       real(wp), allocatable :: tangent_stretch(:, :) !! (2, inextensible elements) artificial extension that was corrected in
       !! `tangent`
-      real(wp), allocatable :: swing(:) !! (ties) geometric stiffness: contribution of the tie force to the rotational stiffness of
-      !! the node that turns the tie's arm
       ! Contact; the last or only dimension is the candidate:
       real(wp), allocatable :: gap(:), normal(:, :), bend(:)
       real(wp), allocatable :: opening(:)       !! gap to the surface of coupled ground as it has settled under the other reactions
@@ -116,7 +114,6 @@ contains
       system%slip_block = system%tie_block
       system%rigidity = new_rigidity(problem)
       allocate (system%tangent_stretch(2, system%rigidity%n), source=0.0_wp)
-      allocate (system%swing(size(problem%model%tie)), source=0.0_wp)
       allocate (system%ek(6, 6, elements), system%ef(6, elements), system%eraw(6, elements), system%el(6, elements))
       allocate (system%op(z, ge_columns, elements))
       allocate (system%grip(elements), source=0)
@@ -125,7 +122,6 @@ contains
          allocate (system%gap(list%n), system%normal(2, list%n), system%bend(list%n), system%slope(list%n))
          allocate (system%opening(list%n))
          allocate (system%arm(2, list%n), source=0.0_wp)
-         allocate (system%laid(9, 9, merge(elements, 0, size(problem%ties%carrier) > 0)), source=0.0_wp)
          allocate (system%motion(2, list%n), system%closing(list%n), source=0.0_wp)
          allocate (system%unknown(list%n), system%partner(list%n), source=0)
          allocate (system%spring(list%n), system%push(list%n), source=0.0_wp)
