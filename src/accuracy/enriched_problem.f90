@@ -10,10 +10,9 @@ module enriched_problem
    use element_families, only: collocates
    use rod_state, only: state_t
    use rod_geometry, only: geometry_t, new_geometry, with_other_stages
-   use rod_element, only: rod_element_t
-   use rod_elements, only: rod_at
    use ge_element, only: ge_size
    use conforming_element, only: conforming_size
+   use gauss_tableau, only: raised_values
    use ground, only: new_ground
    use system_type, only: system_t
    implicit none
@@ -91,7 +90,6 @@ contains
       type(state_t), intent(out) :: new
       type(geometry_t), intent(in), optional :: known !! geometry of the enriched problem at another state, which saves its
       !! computation
-      class(rod_element_t), pointer :: rod
       type(geometry_t) :: none
       integer :: e
       new = state
@@ -103,8 +101,35 @@ contains
       deallocate (new%z)
       allocate (new%z(maxval(finer%z_size), size(finer%z_size)), source=0.0_wp)
       do e = 1, problem%model%mesh%n_elements
-         rod => rod_at(problem, e)
-         new%z(:finer%z_size(e), e) = rod%finer_unknowns(problem, state, finer, e)
+         new%z(:finer%z_size(e), e) = finer_unknowns(problem, state, e)
       end do
    end subroutine new_finer_state
+
+   !> Stored unknowns of the same element in the enriched problem, by the collocation polynomials of the section forces, or of force
+   !> and position of a conforming element. Their residual is the discretisation error of the element.
+   pure function finer_unknowns(problem, state, e) result(z)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state         !! converged
+      integer, intent(in) :: e
+      real(wp), allocatable :: z(:)
+      associate (s => problem%model%mesh%stages(e), old => state%z(:problem%z_size(e), e), &
+         & from => problem%tableau(max(1, problem%model%mesh%stages(e))))
+         if (.not. collocates(problem%model%mesh%family(e))) then
+            z = old
+         else if (problem%conforms(e) > 0) then
+            z = [old(1), raised_values(from, old(1), old(2:1 + s)), raised_values(from, 0.0_wp, old(2 + s:1 + 2 * s))]
+         else
+            z = [old(1:3), raised_values(from, old(3), old(4:3 + s))]
+            if (size(old) > 3 + s) z = [z, pairs(raised_values(from, old(1), old(4 + s:2 + 3 * s:2)), &
+               & raised_values(from, old(2), old(5 + s:3 + 3 * s:2)))]
+         end if
+      end associate
+   end function finer_unknowns
+
+   !> Two sequences of numbers in turns.
+   pure function pairs(one, other)
+      real(wp), intent(in) :: one(:), other(:)
+      real(wp) :: pairs(2 * size(one))
+      pairs = reshape(transpose(reshape([one, other], [size(one), 2])), [2 * size(one)])
+   end function pairs
 end module enriched_problem

@@ -12,8 +12,8 @@ module balance
    use element_foundation, only: foundation_forces
    use ground_segments, only: gap_rounding, gap_uncertainty, segment_stiffness, follows, gap_in_state
    use inner_forces, only: inner_forces_t
-   use rod_element, only: rod_element_t
-   use rod_elements, only: rod_at
+   use rod_equations, only: cancelling_force
+   use rod_load_sum, only: load_on_rod
    use run_accuracy, only: accuracy_t, place_t, note_worst, check_residual, check_tension, check_force_balance, &
       & check_moment_balance, check_node_balance
    use contact_checks, only: span_sums_t, measure_spans, measure_contact
@@ -37,7 +37,6 @@ contains
       integer, intent(in), optional :: touches_in !! element in which a contact span begins at this point; 0: none
       real(wp), allocatable :: support(:, :), left(:, :)
       real(wp) :: total(3), scale, first(3), second(3), x(2), force(3), rate(3), size_, noise, middle(2)
-      class(rod_element_t), pointer :: rod
       type(node_push_t), allocatable :: push(:)
       integer :: e, i, node
 
@@ -58,9 +57,8 @@ contains
             support(:, b) = support(:, b) + second
          end associate
          scale = max(scale, maxval(abs(first(1:2))), maxval(abs(second(1:2))), abs(first(3)) / size_, abs(second(3)) / size_)
-         rod => rod_at(problem, e)
-         scale = max(scale, rod%force_scale(problem, state, e))
-         force = rod%load_sum(problem, state, e, middle)
+         scale = max(scale, cancelling_force(problem, state, e))
+         force = load_on_rod(problem, state, e, middle)
          ! The load on a foundation need not pass through any cross section.
          scale = max(scale, maxval(abs(force(1:2))))
          total = total + force

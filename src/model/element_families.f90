@@ -1,5 +1,5 @@
 !> Properties of the kinds of elements, for code that needs them before elements exist. It is the only table to be extended for a
-!> new kind. The equations of a kind are in the module of its rod (see the list in rod_elements).
+!> new kind. The equations of a kind are in rod_equations.
 module element_families
    use text, only: to_text
    use model, only: family_ul2, family_ge

@@ -1,8 +1,7 @@
 !> Conditions at a converged state in addition to the balance of forces, and the resultants stored with a state.
 module converged_state
    use kinds, only: wp
-   use rod_element, only: rod_element_t
-   use rod_elements, only: rod_at
+   use element_families, only: collocates
    use problem, only: problem_t, dof
    use rod_state, only: state_t
    use linear_system, only: system_t, contact_reaction
@@ -83,7 +82,6 @@ contains
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
       type(inner_forces_t) :: inner
-      class(rod_element_t), pointer :: rod
       integer :: c, e
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) then
@@ -96,8 +94,7 @@ contains
       end do
       call keep_couples(problem, system, state)
       do e = 1, problem%model%mesh%n_elements
-         rod => rod_at(problem, e)
-         if (.not. rod%takes_increments()) state%z(:problem%z_size(e), e) = system%op(:problem%z_size(e), 1, e)
+         if (.not. collocates(problem%model%mesh%family(e))) state%z(:problem%z_size(e), e) = system%op(:problem%z_size(e), 1, e)
          if (.not. problem%ground%founded(e)) cycle
          call foundation_forces(problem, state, e, inner)
          state%grounded(e) = inner%n > 0

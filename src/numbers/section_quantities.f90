@@ -6,8 +6,7 @@ module section_quantities
       & stress => section_stress
    use problem, only: problem_t
    use rod_state, only: state_t
-   use rod_element, only: rod_element_t
-   use rod_elements, only: rod_at
+   use section_forces, only: inner_local_forces
    use cross_section, only: section_t, varies, local_section, outer_fibre
    use reference_curve, only: curve_point, curve_abscissa
    use rod_profile, only: profile_t, new_profile, profile_angle
@@ -68,11 +67,9 @@ contains
       real(wp) :: value(size(tau))
       real(wp) :: local(3, size(tau)), along(3), angle, signs(2)
       type(profile_t) :: profile
-      class(rod_element_t), pointer :: rod
       type(section_t) :: section
       integer :: i
-      rod => rod_at(problem, e)
-      local = rod%local_forces(problem, state, e, tau)
+      local = inner_local_forces(problem, state, e, tau)
       if (problem%ground%founded(e) .and. problem%conforms(e) == 0) then
          profile = new_profile(problem, state, e)
          do i = 1, size(tau)

@@ -20,8 +20,7 @@ module stress_stiffness
    use node_loads, only: node_push_t, node_pushes
    use bordered_system, only: resultant_rates, held_force_change
    use node_contact_functional, only: reaction_rate
-   use rod_element, only: rod_element_t
-   use rod_elements, only: rod_at
+   use rod_stress, only: rod_stress_stiffness
    use band_matrix, only: band_t, band_sum
    implicit none
    private
@@ -80,9 +79,9 @@ contains
       real(wp), intent(in) :: factor
       type(stress_stiffness_t), intent(out) :: matrix
       type(system_t) :: stresses
-      class(rod_element_t), pointer :: rod
       type(node_push_t), allocatable :: push(:)
-      real(wp) :: rate(size(system%op, 1), problem%model%mesh%n_elements), du(6), shift(6, 2), k(3, 3), reaction, t(2), pull(2), times
+      real(wp) :: rate(size(system%op, 1), problem%model%mesh%n_elements), du(6), shift(6, 2)
+      real(wp) :: k(3, 3), reaction, t(2), pull(2), times
       integer :: e, c
       times = factor
       if (.not. abs(factor) > 0.0_wp) times = 1.0_wp
@@ -94,8 +93,7 @@ contains
       do e = 1, problem%model%mesh%n_elements
          du(1:3) = to_global(problem, system, system%tangent, problem%model%mesh%node(1, e))
          du(4:6) = to_global(problem, system, system%tangent, problem%model%mesh%node(2, e))
-         rod => rod_at(problem, e)
-         call rod%stress_stiffness(problem, state, du, rate(:, e), e, factor, stresses%ek(:, :, e), shift)
+         call rod_stress_stiffness(problem, state, du, rate(:, e), e, factor, stresses%ek(:, :, e), shift)
          if (size(stresses%eshift, 3) > 0) stresses%eshift(:, :, e) = shift
       end do
       call sum_elements(problem, stresses)

@@ -10,8 +10,7 @@
 module bordered_system
    use kinds, only: wp
    use state_functional, only: functional_t
-   use rod_element, only: rod_element_t
-   use rod_elements, only: rod_at
+   use element_families, only: collocates
    use problem, only: problem_t, carried_by
    use rod_state, only: state_t
    use linear_system, only: system_t, assemble, to_node, to_global, row_times
@@ -244,12 +243,10 @@ contains
       real(wp), intent(in) :: x(:)
       real(wp), intent(in) :: du(:, :), y    !! increments of the nodes (3, nodes), global axes; increment of the load factor
       real(wp) :: rate(size(system%op, 1), problem%model%mesh%n_elements), own(6)
-      class(rod_element_t), pointer :: rod
       integer :: e, k, z
       rate = 0.0_wp
       do e = 1, problem%model%mesh%n_elements
-         rod => rod_at(problem, e)
-         if (.not. rod%takes_increments()) cycle
+         if (.not. collocates(problem%model%mesh%family(e))) cycle
          z = problem%z_size(e)
          if (carried_by(problem, e) > 0) then
             own = relative_increments(problem, system, x, e)
@@ -287,13 +284,11 @@ contains
       real(wp), intent(in) :: x(:), y
       type(state_t), intent(inout) :: state
       real(wp) :: du(3, problem%model%mesh%n_nodes), rate(size(state%z, 1), size(state%z, 2))
-      class(rod_element_t), pointer :: rod
       integer :: e, z
       du = all_to_global(problem, system, x)
       rate = rates_of(problem, system, x, du, y)
       do e = 1, problem%model%mesh%n_elements
-         rod => rod_at(problem, e)
-         if (.not. rod%takes_increments()) cycle
+         if (.not. collocates(problem%model%mesh%family(e))) cycle
          z = problem%z_size(e)
          state%z(:z, e) = state%z(:z, e) + rate(:z, e) + system%op(:z, 7, e)
       end do

@@ -10,8 +10,7 @@ module linear_system
    use rod_state, only: state_t, node_position, pose_of, candidate_gap, closing_rate, may_react
    use track_nodes, only: rolled_t, rolled, touchdown_spring
    use node_loads, only: node_push_t, dead_node_load, node_pushes
-   use rod_element, only: rod_element_t
-   use rod_elements, only: rod_at
+   use rod_equations, only: evaluate_rod
    use inner_forces, only: inner_forces_t
    use band_matrix, only: clear_band, row_product, add_row
    use active_coupling, only: excess_row, subtract_excess
@@ -44,7 +43,6 @@ contains
       real(wp) :: defect(3), worst(3), shift(6, 2)
       type(rolled_t) :: roll
       type(pose_t) :: pose
-      class(rod_element_t), pointer :: rod
       type(inner_forces_t) :: inner
 
       call timing_start(phase_elements)
@@ -52,8 +50,7 @@ contains
       system%hinges = size(problem%hinge)
       worst = 0.0_wp
       do e = 1, problem%model%mesh%n_elements
-         rod => rod_at(problem, e)
-         call rod%evaluate(problem, state, base, e, system%ef(:, e), system%eraw(:, e), system%ek(:, :, e), &
+         call evaluate_rod(problem, state, base, e, system%ef(:, e), system%eraw(:, e), system%ek(:, :, e), &
             & system%el(:, e), system%op(:, :, e), defect, ok, inner, shift)
          if (size(system%eshift, 3) > 0) system%eshift(:, :, e) = shift
          system%grip(e) = inner%n

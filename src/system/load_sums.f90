@@ -5,8 +5,7 @@ module load_sums
    use problem, only: problem_t, new_problem
    use rod_state, only: state_t, new_state, node_position
    use node_loads, only: node_push_t, dead_node_load, node_pushes
-   use rod_element, only: rod_element_t
-   use rod_elements, only: rod_at
+   use rod_load_sum, only: load_on_rod
    implicit none
    private
    public :: step_load_sums
@@ -23,7 +22,6 @@ contains
       type(problem_t) :: problem
       type(state_t) :: state
       type(node_push_t), allocatable :: push(:)
-      class(rod_element_t), pointer :: rod
       real(wp) :: force(3), rate(3), size_of(3), reach
       integer :: k, e, i, node
       total = 0.0_wp
@@ -40,8 +38,7 @@ contains
             load%curvature = 0.0_wp
          end associate
          do e = 1, model%mesh%n_elements
-            rod => rod_at(problem, e)
-            call take(rod%load_sum(problem, state, e, [0.0_wp, 0.0_wp]))
+            call take(load_on_rod(problem, state, e, [0.0_wp, 0.0_wp]))
          end do
          do node = 1, model%mesh%n_nodes
             call dead_node_load(problem, state, node, force, rate)

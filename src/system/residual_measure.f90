@@ -5,8 +5,7 @@ module residual_measure
    use rod_state, only: state_t, element_load
    use node_loads, only: node_push_t, node_pushes
    use rod_load, only: ge_load_t, largest_line
-   use rod_element, only: rod_element_t
-   use rod_elements, only: rod_at
+   use rod_equations, only: cancelling_force, displaced_force
    use system_type, only: system_t
    use node_axes, only: spread_element
    implicit none
@@ -26,7 +25,6 @@ contains
       real(wp) :: worst, scale, noise, moved, carried, more(6)
       type(ge_load_t) :: load
       type(node_push_t), allocatable :: push(:)
-      class(rod_element_t), pointer :: rod
       integer :: e, i
       system%raw = system%residual
       scale = problem%force_floor
@@ -35,8 +33,7 @@ contains
          call spread_element(problem, system, e, more, system%raw)
          scale = max(scale, maxval(abs(system%eraw(1:2, e))), maxval(abs(system%eraw(4:5, e))), &
             & abs(system%eraw(3, e)) / problem%size, abs(system%eraw(6, e)) / problem%size)
-         rod => rod_at(problem, e)
-         scale = max(scale, rod%force_scale(problem, state, e))
+         scale = max(scale, cancelling_force(problem, state, e))
       end do
       scale = max(scale, maxval(abs(state%reaction), mask=state%active))
       scale = max(scale, maxval(problem%model%spring(1:2, :) * abs(state%u(1:2, :))), &
@@ -88,8 +85,7 @@ contains
          end associate
       end do
       do e = 1, problem%model%mesh%n_elements
-         rod => rod_at(problem, e)
-         noise = max(noise, rod%force_noise(problem, state, e, moved))
+         noise = max(noise, displaced_force(problem, state, e, moved))
       end do
       system%round_off = min(2.0_wp * epsilon(noise) * noise / scale, worst_round_off)
       system%force_residual = worst / scale
