@@ -8,6 +8,7 @@ module contact_spans
    use element_families, only: conforms
    use cross_section, only: varies
    use rod_layout, only: layout_t, new_layout
+   use ordering, only: ascending
    implicit none
    private
    public :: contact_span_t, covers, choose_spans, sort_contact_spans, closed_share, point_share, initial_share
@@ -166,18 +167,7 @@ contains
    !> Sorts contact spans along the rod segments.
    pure subroutine sort_contact_spans(contact_span)
       type(contact_span_t), intent(inout) :: contact_span(:)
-      type(contact_span_t) :: next
-      integer :: i, j
-      do i = 2, size(contact_span)
-         next = contact_span(i)
-         j = i
-         do while (j > 1)
-            if (contact_span(j - 1)%rod_segment < next%rod_segment) exit
-            if (contact_span(j - 1)%rod_segment == next%rod_segment .and. contact_span(j - 1)%at(1) <= next%at(1)) exit
-            contact_span(j) = contact_span(j - 1)
-            j = j - 1
-         end do
-         contact_span(j) = next
-      end do
+      contact_span = contact_span(ascending(contact_span%at(1)))
+      contact_span = contact_span(ascending(real(contact_span%rod_segment, wp)))
    end subroutine sort_contact_spans
 end module contact_spans

@@ -14,6 +14,7 @@ module element_foundation
    use gauss_tableau, only: stage_basis
    use ground_segments, only: follows
    use inner_forces, only: inner_forces_t, clear_forces, add_force
+   use ordering, only: ascending
    implicit none
    private
    public :: foundation_forces
@@ -68,8 +69,8 @@ contains
 
       !> Positions in the element at which the gap passes a corner of a multi-linear law, in ascending order.
       subroutine find_corners()
-         real(wp) :: found(most_crossings), next
-         integer :: side, a, b, m
+         real(wp) :: found(most_crossings)
+         integer :: side, a, m
          corner = [real(wp) ::]
          associate (at => problem%model%law(problem%model%obstacle(obstacle)%law)%penetration)
             do side = -1, merge(1, -1, problem%ground%chain%bilateral(c)), 2
@@ -79,15 +80,8 @@ contains
                end do
             end do
          end associate
+         corner = corner(ascending(corner))
          corners = size(corner)
-         do a = 2, corners
-            next = corner(a)
-            do b = a - 1, 1, -1
-               if (corner(b) <= next) exit
-               corner(b + 1) = corner(b)
-            end do
-            corner(b + 1) = next
-         end do
       end subroutine find_corners
 
       !> Adds the Gauss points of a part of the element that is entirely in contact.

@@ -11,6 +11,7 @@ module ground_cuts
    use mesh_density, only: mesh_density_t, between, equal_shares
    use force_law, only: segment_unknown
    use contact_spans, only: closed_share
+   use ordering, only: ascending
    implicit none
    private
    public :: find_cuts, inner_cuts, marked, add_marks, graded
@@ -58,7 +59,8 @@ contains
             end do
          end associate
       end do
-      call sort(cut)
+      cut = cut(ascending(cut%at))
+      cut = cut(ascending(real(cut%rod_segment, wp)))
       call add_layers(problem, state, cut)
       call thin(problem, state, cut)
       call add_layers(problem, state, cut)
@@ -91,21 +93,6 @@ contains
       type(cut_t), intent(in) :: cut(:)
       inner_cuts = count(.not. cut%at_end)
    end function inner_cuts
-
-   !> Sorts interface points along the rod segments.
-   pure subroutine sort(cut)
-      type(cut_t), intent(inout) :: cut(:)
-      type(cut_t) :: next
-      integer :: i, j
-      do i = 2, size(cut)
-         next = cut(i)
-         do j = i - 1, 1, -1
-            if (cut(j)%rod_segment < next%rod_segment .or. (cut(j)%rod_segment == next%rod_segment .and. cut(j)%at <= next%at)) exit
-            cut(j + 1) = cut(j)
-         end do
-         cut(j + 1) = next
-      end do
-   end subroutine sort
 
    !> Removes pairs of interface points that are too close for an element between them, points too close to a touchdown point, and
    !> points caused by oscillations of polynomials (with the same segment of the law on both sides). Points next to a segment

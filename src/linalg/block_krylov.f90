@@ -7,6 +7,7 @@ module block_krylov
    use errors, only: error_t, fail
    use lapack, only: dgeev, dsyev
    use random_numbers, only: random_t, new_random, next_random
+   use ordering, only: ascending
    implicit none
    private
    public :: operator_t, spectrum_t, largest_eigenvalues
@@ -224,8 +225,8 @@ contains
       real(wp), intent(in) :: projection(:, :)
       real(wp), allocatable, intent(out) :: theta(:), imaginary(:), ritz(:, :)
       real(wp), allocatable :: t(:, :), work(:), left(:, :), found(:), found_imaginary(:), vectors(:, :)
-      logical, allocatable :: taken(:)
-      integer :: k, i, j, info
+      integer, allocatable :: order(:)
+      integer :: k, info
       k = size(projection, 1)
       t = projection
       allocate (work(max(8 * k, 64)), found(k), found_imaginary(k), vectors(k, k), left(1, 1))
@@ -236,15 +237,10 @@ contains
       else
          call dgeev('N', 'V', k, t, k, found, found_imaginary, left, 1, vectors, k, work, size(work), info)
       end if
-      allocate (theta(k), imaginary(k), ritz(k, k), taken(k))
-      taken = .false.
-      do i = 1, k
-         j = maxloc(hypot(found, found_imaginary), 1, mask=.not. taken)
-         taken(j) = .true.
-         theta(i) = found(j)
-         imaginary(i) = found_imaginary(j)
-         ritz(:, i) = vectors(:, j)
-      end do
+      order = ascending(-hypot(found, found_imaginary))
+      theta = found(order)
+      imaginary = found_imaginary(order)
+      ritz = vectors(:, order)
    end subroutine find_ritz
 
    !> Sums of vectors times coefficients, one sum for each column of coefficients. (matmul changes its algorithm with the number of

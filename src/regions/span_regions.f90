@@ -12,6 +12,7 @@ module span_regions
    use breakpoint_forces, only: stands
    use path_record, only: region_t
    use error_bar, only: error_bars_t, new_error_bar
+   use ordering, only: ascending
    implicit none
    private
    public :: find_span_regions, beginning_region, chain_coordinate, lengths_before, assign_place_bars
@@ -23,9 +24,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(region_t), allocatable :: regions(:)
-      type(region_t) :: next
       logical :: seen(problem%candidates%n)
-      integer :: c, i
+      integer :: c
       allocate (regions(0))
       seen = problem%candidates%contact_span(:problem%candidates%n) == 0
       ! A node that is clamped on an obstacle, without contact beside it, is not a region.
@@ -40,17 +40,8 @@ contains
       do c = 1, problem%candidates%n
          if (.not. seen(c)) regions = [regions, follow(c)]
       end do
-      do i = 2, size(regions)
-         next = regions(i)
-         c = i
-         do while (c > 1)
-            if (regions(c - 1)%contact < next%contact) exit
-            if (regions(c - 1)%contact == next%contact .and. regions(c - 1)%start <= next%start) exit
-            regions(c) = regions(c - 1)
-            c = c - 1
-         end do
-         regions(c) = next
-      end do
+      regions = regions(ascending(regions%start))
+      regions = regions(ascending(real(regions%contact, wp)))
 
    contains
 

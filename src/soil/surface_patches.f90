@@ -10,6 +10,7 @@ module surface_patches
    use candidates, only: candidates_t
    use rod_geometry, only: geometry_t
    use obstacle_geometry, only: obstacle_gap
+   use ordering, only: ascending
    implicit none
    private
    public :: patches_t, new_patches, along_surface, couples, first_overlap
@@ -109,16 +110,9 @@ contains
       type(candidates_t), intent(in) :: list
       integer, intent(in) :: obstacle            !! index into model%obstacle
       integer, allocatable :: order(:)
-      integer :: i, j, entry
+      integer :: i
       order = pack([(i, i=1, patches%n)], list%obstacle(patches%candidate) == obstacle)
-      do i = 2, size(order)
-         entry = order(i)
-         do j = i - 1, 1, -1
-            if (patches%at(order(j)) <= patches%at(entry)) exit
-            order(j + 1) = order(j)
-         end do
-         order(j + 1) = entry
-      end do
+      order = order(ascending(patches%at(order)))
    end function along_surface
 
    !> The first two candidates that load the same part of an obstacle's surface; 0 if there are none.

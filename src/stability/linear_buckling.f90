@@ -21,6 +21,7 @@ module linear_buckling
    use spectrum_slicing, only: pencil_t, eigenvalues_below, slice, residual_tolerance
    use tangent_rounding, only: is_rounding, rounding_cure
    use path_record, only: buckling_t
+   use ordering, only: ascending
    implicit none
    private
    public :: buckle
@@ -52,6 +53,7 @@ contains
       type(buckling_operator_t) :: operator
       type(spectrum_t) :: spectrum
       real(wp) :: sense
+      integer, allocatable :: order(:)
       integer :: i
 
       operator%n = system%n
@@ -86,9 +88,11 @@ contains
          call settle(operator, state, spectrum%vector(:, i), buckling%load_factor(i), buckling%residual(i), error)
          if (allocated(error)) return
       end do
-      call sort_by_size(buckling%load_factor, buckling%residual, spectrum%vector(:, :spectrum%n))
+      order = ascending(abs(buckling%load_factor))
+      buckling%load_factor = buckling%load_factor(order)
+      buckling%residual = buckling%residual(order)
       do i = 1, spectrum%n
-         call deck_mode(problem, state, system, spectrum%vector(:, i), buckling%mode(:, :, i), sense)
+         call deck_mode(problem, state, system, spectrum%vector(:, order(i)), buckling%mode(:, :, i), sense)
       end do
    end subroutine buckle
 
@@ -103,9 +107,8 @@ contains
       type(spectrum_t) :: both
       real(wp), allocatable :: value(:), vector(:, :)
       real(wp) :: bound
-      logical, allocatable :: taken(:)
       integer, allocatable :: order(:)
-      integer :: side, i
+      integer :: side
       logical :: missing
       pencil%k = operator%system%k
       pencil%coupling = operator%system%coupling
@@ -131,15 +134,10 @@ contains
          both%value = [both%value, 1.0_wp / value]
       end do
       both%n = min(wanted, size(both%value))
-      allocate (order(both%n), taken(size(both%value)))
-      taken = .false.
-      do i = 1, both%n
-         order(i) = maxloc(abs(both%value), 1, mask=.not. taken)
-         taken(order(i)) = .true.
-      end do
+      order = ascending(-abs(both%value))
       spectrum%n = both%n
-      spectrum%value = both%value(order)
-      spectrum%vector = both%vector(:, order)
+      spectrum%value = both%value(order(:both%n))
+      spectrum%vector = both%vector(:, order(:both%n))
 
    contains
 
@@ -200,21 +198,6 @@ contains
       if (residual > worst_residual) call fail(error, 'a buckling mode is not found between those of the linearised elements: '// &
          & 'the mesh is too coarse or too fine for it (residual '//to_text(residual)//')')
    end subroutine settle
-
-   !> Sorts load factors by magnitude, together with their residuals and modes.
-   pure subroutine sort_by_size(factor, residual, vector)
-      real(wp), intent(inout) :: factor(:), residual(:), vector(:, :)
-      integer :: order(size(factor)), i
-      logical :: left(size(factor))
-      left = .true.
-      do i = 1, size(order)
-         order(i) = minloc(abs(factor), 1, mask=left)
-         left(order(i)) = .false.
-      end do
-      factor = factor(order)
-      residual = residual(order)
-      vector = vector(:, order)
-   end subroutine sort_by_size
 
    subroutine apply_buckling(self, x, y)
       class(buckling_operator_t), intent(inout) :: self

@@ -11,6 +11,7 @@ module ground_events
    use ground_ends, only: root_orders, chain_roots
    use path_record, only: region_t
    use contact_labels, only: contact_gained, contact_lost
+   use ordering, only: ascending
    implicit none
    private
    public :: ground_event_t, find_ground_events, find_roots, ground_event_value, ground_event_place, ground_event_gap
@@ -89,25 +90,21 @@ contains
       !> Moves the regions of a list to the turn around the chain that begins at the opening, and sorts them.
       pure subroutine shift(list)
          type(region_t), intent(inout) :: list(:)
-         type(region_t) :: moved
          real(wp) :: middle
-         integer :: i, j
+         integer :: i
          do i = 1, size(list)
-            moved = list(i)
-            if (all_round(moved, closed)) then
-               moved%start = cut
-               moved%end = cut + closed
-            else
-               middle = 0.5_wp * (moved%start + moved%end)
-               moved%start = moved%start - middle + cut + modulo(middle - cut, closed)
-               moved%end = moved%end - middle + cut + modulo(middle - cut, closed)
-            end if
-            do j = i - 1, 1, -1
-               if (list(j)%start <= moved%start) exit
-               list(j + 1) = list(j)
-            end do
-            list(j + 1) = moved
+            associate (moved => list(i))
+               if (all_round(moved, closed)) then
+                  moved%start = cut
+                  moved%end = cut + closed
+               else
+                  middle = 0.5_wp * (moved%start + moved%end)
+                  moved%start = moved%start - middle + cut + modulo(middle - cut, closed)
+                  moved%end = moved%end - middle + cut + modulo(middle - cut, closed)
+               end if
+            end associate
          end do
+         list = list(ascending(list%start))
       end subroutine shift
    end subroutine unroll
 
