@@ -7,7 +7,7 @@ module node_matrices
    use band_matrix, only: band_t
    implicit none
    private
-   public :: node_matrices_t, add_node_matrices, apply_node_matrices, combined
+   public :: node_matrix_t, node_matrices_t, add_node_matrices, apply_node_matrices, combined
 
    integer, parameter :: most_nodes = 3        !! largest number of nodes of a matrix
 
@@ -21,7 +21,6 @@ module node_matrices
 
    !> A list of such matrices.
    type :: node_matrices_t
-      private
       integer :: n = 0
       type(node_matrix_t), allocatable :: list(:) !! the first n entries are in use
    contains
