@@ -15,7 +15,6 @@ module error_contributions
    use path_duals, only: solve_path_duals
    use section_quantities, only: section_value
    use bordered_system, only: apply_increment
-   use deck_nodes, only: place_defect
    use state_transfer, only: kept_t, point_displacement
    implicit none
    private
@@ -66,6 +65,8 @@ contains
       type(functional_t) :: held
       type(inside_t) :: inside, held_inside
       type(element_errors_t) :: errors
+      type(state_t) :: solved                    ! `start` without the internal residuals of the elements
+      real(wp) :: none(at_start%n)
       real(wp), allocatable :: dual(:, :), by_held(:)
       logical :: ok
       integer :: m
@@ -77,10 +78,14 @@ contains
       allocate (dual(system%n, size(number)), by_held(size(number)))
       call solve_path_duals(problem, system, held, number, modes, dual, by_held, ok)
       if (.not. ok) return
-      held_inside = enrichment_change(problem, state, held, finer, start, at_start)
+      solved = start
+      none = 0.0_wp
+      if (depends_inside(held) .or. any([(depends_inside(number(m)), m=1, size(number))])) &
+         & call apply_increment(finer, at_start, none, 0.0_wp, solved)
+      held_inside = enrichment_change(problem, state, held, finer, solved)
       do m = 1, size(number)
          if (.not. number(m)%estimated) cycle
-         inside = enrichment_change(problem, state, number(m), finer, start, at_start)
+         inside = enrichment_change(problem, state, number(m), finer, solved)
          ! A prescribed monitor has its value on the polynomial of the original element. Between nodes the enriched polynomial has a
          ! different value; correcting this difference changes all numbers.
          call set_row(number(m), dual(:, m), inside%change - by_held(m) * held_inside%change, m)
@@ -183,53 +188,56 @@ contains
       end do
    end function eigenvalue_shares
 
-   !> Change of a number between nodes by the enriched polynomials, at a state at which the enriched elements have no internal
-   !> residuals.
-   function enrichment_change(problem, state, number, finer, start, at_start) result(inside)
+   !> True if a number depends on points inside elements.
+   pure logical function depends_inside(number) result(depends)
+      type(functional_t), intent(in) :: number
+      depends = allocated(number%section)
+      if (allocated(number%inner)) depends = depends .or. size(number%inner) > 0
+   end function depends_inside
+
+   !> Change of a number between nodes by the enriched polynomials, at the same displacements of the nodes.
+   function enrichment_change(problem, state, number, finer, solved) result(inside)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(functional_t), intent(in) :: number
       type(problem_t), intent(in) :: finer       !! the enriched problem
-      type(state_t), intent(in) :: start         !! the same point as a state of the enriched problem
-      type(system_t), intent(in) :: at_start     !! system of the enriched problem, assembled at `start`
+      type(state_t), intent(in) :: solved        !! the same point as a state of the enriched problem, without internal residuals
       type(inside_t) :: inside
       type(kept_t) :: own, enriched
-      type(state_t) :: solved                    ! enriched state without internal residuals
-      real(wp) :: largest
       integer :: i, j
       allocate (inside%element(0))
-      if (allocated(number%section)) call add_section_changes()
-      if (.not. allocated(number%inner)) return
-      inside%element = number%inner%element
-      do i = 1, size(number%inner)
-         associate (place => number%inner(i))
-            inside%change = inside%change + difference(place, place%tau)
-            ! At the place itself the two polynomials may agree by chance: their largest difference in the element is the bound.
-            largest = maxval([(abs(difference(place, real(j, wp) / (samples + 1))), j=1, samples)])
-            inside%most = inside%most + 4.0_wp * place%tau * (1.0_wp - place%tau) * largest
-         end associate
-      end do
+      if (allocated(number%section)) then
+         inside%element = number%section%element
+         do i = 1, size(number%section)
+            associate (place => number%section(i))
+               call add(place%tau, place%factor * section_change(place, place%tau), &
+                  & abs(place%factor) * maxval([(abs(section_change(place, real(j, wp) / (samples + 1))), j=1, samples)]))
+            end associate
+         end do
+      end if
+      if (allocated(number%inner)) then
+         inside%element = number%inner%element
+         do i = 1, size(number%inner)
+            associate (place => number%inner(i))
+               call add(place%tau, difference(place, place%tau), &
+                  & maxval([(abs(difference(place, real(j, wp) / (samples + 1))), j=1, samples)]))
+            end associate
+         end do
+      end if
       inside%most = max(inside%most, abs(inside%change))
 
    contains
 
-      !> Change of section quantities in the enriched elements at the same nodal displacements.
-      subroutine add_section_changes()
-         real(wp) :: none(at_start%n)
-         solved = start
-         none = 0.0_wp
-         call apply_increment(finer, at_start, none, 0.0_wp, solved)
-         inside%element = number%section%element
-         do i = 1, size(number%section)
-            associate (place => number%section(i))
-               inside%change = inside%change + place%factor * section_change(place, place%tau)
-               largest = maxval([(abs(section_change(place, real(j, wp) / (samples + 1))), j=1, samples)])
-               inside%most = inside%most + 4.0_wp * place%tau * (1.0_wp - place%tau) * abs(place%factor) * largest
-            end associate
-         end do
-         inside%most = max(inside%most, abs(inside%change))
-      end subroutine add_section_changes
+      !> Adds the change at one place. At the place itself the two polynomials may agree by chance: their largest difference in the
+      !> element is the bound.
+      subroutine add(tau, change, largest)
+         real(wp), intent(in) :: tau             !! position in the element, 0 to 1
+         real(wp), intent(in) :: change, largest !! change at the place; largest change in the element
+         inside%change = inside%change + change
+         inside%most = inside%most + 4.0_wp * tau * (1.0_wp - tau) * largest
+      end subroutine add
 
+      !> Change of a section quantity in the enriched element.
       real(wp) function section_change(place, tau)
          type(section_place_t), intent(in) :: place
          real(wp), intent(in) :: tau             !! position in the element, 0 to 1
@@ -242,11 +250,10 @@ contains
       real(wp) function difference(place, tau)
          type(inner_place_t), intent(in) :: place
          real(wp), intent(in) :: tau             !! position in the element, 0 to 1
-         real(wp), dimension(3) :: u, v, defect
-         call place_defect(finer, start, at_start, place%element, tau, enriched%profile, defect)
+         real(wp), dimension(3) :: u, v
          call point_displacement(problem, state, place%element, tau, own, u)
-         call point_displacement(finer, start, place%element, tau, enriched, v)
-         difference = dot_product(place%weight, defect + v - u)
+         call point_displacement(finer, solved, place%element, tau, enriched, v)
+         difference = dot_product(place%weight, v - u)
       end function difference
    end function enrichment_change
 end module error_contributions

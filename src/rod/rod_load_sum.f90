@@ -22,9 +22,8 @@ contains
       integer, intent(in) :: e
       real(wp), intent(in) :: middle(2)        !! the point
       real(wp) :: total(3)
-      real(wp) :: x(2, 2), place(2), direction(2, max_stages), line(2), rate(2), local(3)
+      real(wp) :: x(2, 2), place(2, max_stages), direction(2, max_stages), line(2), rate(2)
       type(ge_load_t) :: load
-      type(conforming_state_t) :: kept
       integer :: i, s
       load = element_load(problem, state, e)
       total = 0.0_wp
@@ -39,18 +38,18 @@ contains
             call add(0.5_wp * (x(:, 1) + x(:, 2)), g%length * line + load%pressure * [x(2, 1) - x(2, 2), x(1, 2) - x(1, 1)])
             return
          end if
-         if (problem%conforms(e) == 0) direction = ge_directions(tab, ge_at(problem, state, e))
-         if (problem%conforms(e) == 0) direction(:, :s) = g%scale * direction(:, :s)
+         if (problem%conforms(e) > 0) then
+            place(:, :s) = conforming_places(problem, state, e, tab%c(:s)) - spread(middle, 2, s)
+         else
+            direction = ge_directions(tab, ge_at(problem, state, e))
+            direction(:, :s) = g%scale * direction(:, :s)
+            place(:, :s) = spread(x(:, 1), 2, s) + g%length * matmul(direction(:, :s), transpose(tab%a(:s, :s)))
+         end if
          do i = 1, s
             call line_at_stage(load, i, line, rate)
-            if (problem%conforms(e) > 0) then
-               call conforming_forces(problem, state, e, tab%c(i), local, place, kept=kept)
-               place = place - middle
-            else
-               place = x(:, 1) + g%length * matmul(direction(:, :s), tab%a(i, :s))
-               line = line + (load%pressure + dot_product(load%gradient, place - x(:, 1))) * [-direction(2, i), direction(1, i)]
-            end if
-            call add(place, g%length * tab%b(i) * line)
+            if (problem%conforms(e) == 0) line = line + (load%pressure + dot_product(load%gradient, place(:, i) - x(:, 1))) * &
+               & [-direction(2, i), direction(1, i)]
+            call add(place(:, i), g%length * tab%b(i) * line)
          end do
       end associate
       ! The resultant of the pressure on a conforming element depends only on the positions of the ends.
@@ -65,4 +64,19 @@ contains
          total = total + [force, place(1) * force(2) - place(2) * force(1)]
       end subroutine add
    end function load_on_rod
+
+   !> Deformed positions of points of a conforming element. A separate procedure, because its work arrays take time to set up.
+   pure function conforming_places(problem, state, e, tau) result(place)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp), intent(in) :: tau(:)           !! places in the element, 0 to 1 of its stress-free length
+      real(wp) :: place(2, size(tau))
+      real(wp) :: local(3)
+      type(conforming_state_t) :: kept
+      integer :: i
+      do i = 1, size(tau)
+         call conforming_forces(problem, state, e, tau(i), local, place(:, i), kept=kept)
+      end do
+   end function conforming_places
 end module rod_load_sum

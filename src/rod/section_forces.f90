@@ -28,7 +28,6 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(out) :: first(3), second(3) !! (n_x, n_y, m) at the first and at the second end
-      type(conforming_state_t) :: kept
       type(inner_forces_t) :: inner
       if (.not. collocates(problem%model%mesh%family(e))) then
          call ul2_end_forces(problem, state, e, first, second)
@@ -36,12 +35,23 @@ contains
       end if
       call foundation_forces(problem, state, e, inner)
       if (problem%conforms(e) > 0) then
-         call conforming_resultant(problem, state, e, 0.0_wp, kept, first)
-         call conforming_resultant(problem, state, e, 1.0_wp, kept, second, inner)
+         call conforming_end_forces(problem, state, e, inner, first, second)
       else
          call ge_end_forces(problem%tableau(problem%model%mesh%stages(e)), ge_at(problem, state, e), first, second, inner)
       end if
    end subroutine end_forces
+
+   !> End forces of a conforming element. A separate procedure, because its work arrays take time to set up.
+   pure subroutine conforming_end_forces(problem, state, e, inner, first, second)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      type(inner_forces_t), intent(in) :: inner !! forces of foundations
+      real(wp), intent(out) :: first(3), second(3)
+      type(conforming_state_t) :: kept
+      call conforming_resultant(problem, state, e, 0.0_wp, kept, first)
+      call conforming_resultant(problem, state, e, 1.0_wp, kept, second, inner)
+   end subroutine conforming_end_forces
 
    !> End forces of a UL2 element. Its loads are lumped: half of them acts between each end and its node.
    pure subroutine ul2_end_forces(problem, state, e, first, second)
@@ -98,13 +108,10 @@ contains
       real(wp), intent(in) :: tau(:)            !! places in the element, 0 to 1 of its stress-free length
       real(wp) :: local(3, size(tau))
       real(wp) :: ends(3, 2), rho(2, max_stages), span(2), resultant(3)
-      type(conforming_state_t) :: kept
       type(ge_data_t) :: element
       integer :: i
       if (problem%conforms(e) > 0) then
-         do i = 1, size(tau)
-            call conforming_forces(problem, state, e, tau(i), local(:, i), kept=kept)
-         end do
+         local = conforming_local_forces(problem, state, e, tau)
       else if (collocates(problem%model%mesh%family(e))) then
          element = ge_at(problem, state, e)
          associate (tab => problem%tableau(problem%model%mesh%stages(e)))
@@ -121,6 +128,20 @@ contains
          end do
       end if
    end function inner_local_forces
+
+   !> Section forces at places inside a conforming element; a separate procedure like conforming_end_forces.
+   pure function conforming_local_forces(problem, state, e, tau) result(local)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp), intent(in) :: tau(:)
+      real(wp) :: local(3, size(tau))
+      type(conforming_state_t) :: kept
+      integer :: i
+      do i = 1, size(tau)
+         call conforming_forces(problem, state, e, tau(i), local(:, i), kept=kept)
+      end do
+   end function conforming_local_forces
 
    !> Force and moment (N, Q, M) in the axes of a section, from those in global axes.
    pure function in_section(resultant, angle) result(local)

@@ -15,8 +15,7 @@ module deck_nodes
    use node_axes, only: relative_increments
    implicit none
    private
-   public :: deck_displacements, deck_section_forces, deck_contact_gaps, deck_node_rates, place_rate, &
-      & place_defect, find_node
+   public :: deck_displacements, deck_section_forces, deck_contact_gaps, deck_node_rates, place_rate, find_node
 
 contains
 
@@ -181,20 +180,6 @@ contains
             & new_profile(problem, state, e), tau))), carried)
       end do
    end function deck_node_rates
-
-   !> Part of the displacement change that eliminates the element's own defects.
-   pure subroutine place_defect(problem, state, system, e, tau, profile, defect)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system      !! assembled at `state`
-      integer, intent(in) :: e
-      real(wp), intent(in) :: tau               !! place in the element, 0 to 1
-      type(profile_t), intent(inout) :: profile !! profile of the element used last, see keep_profile
-      real(wp), intent(out) :: defect(3)
-      real(wp) :: none(6)
-      none = 0.0_wp
-      call place_rate(problem, state, e, tau, profile, none, system%op(:problem%z_size(e), 7, e), 0.0_wp, defect)
-   end subroutine place_defect
 
    !> Change of displacement and rotation at a place in an element, with fixed stress-free geometry.
    pure subroutine place_rate(problem, state, e, tau, profile, du, dz, load_change, rate)

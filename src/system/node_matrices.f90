@@ -16,13 +16,15 @@ module node_matrices
       integer :: n = 0                         !! number of nodes
       integer :: node(most_nodes) = 0
       logical :: relative = .false.            !! true: the unknowns are displacements relative to a carried obstacle
-      real(wp) :: k(3 * most_nodes, 3 * most_nodes) = 0.0_wp !! (3 n, 3 n) the matrix in node axes; for tied nodes in global axes
+      integer :: first = 1, last = 0           !! place of its entries in the list's `entry`
    end type node_matrix_t
 
-   !> A list of such matrices.
+   !> A list of such matrices, (3 n, 3 n) each, in node axes; for tied nodes in global axes.
    type :: node_matrices_t
       integer :: n = 0
-      type(node_matrix_t), allocatable :: list(:) !! the first n entries are in use
+      type(node_matrix_t), allocatable :: list(:) !! the first n are in use
+      integer :: n_entries = 0
+      real(wp), allocatable :: entry(:)        !! the entries of all matrices, one after the other; the first n_entries are in use
    contains
       procedure :: clear
       procedure :: append
@@ -34,29 +36,31 @@ contains
    pure subroutine clear(self)
       class(node_matrices_t), intent(inout) :: self
       self%n = 0
+      self%n_entries = 0
    end subroutine clear
 
    !> Appends a matrix.
    pure subroutine append(self, nodes, k, relative)
       class(node_matrices_t), intent(inout) :: self
       integer, intent(in) :: nodes(:)          !! one to three nodes
-      real(wp), intent(in) :: k(:, :)          !! (3 * number of nodes, the same) symmetric matrix, see node_matrix_t
+      real(wp), intent(in) :: k(:, :)          !! (3 * number of nodes, the same) symmetric matrix, see node_matrices_t
       logical, intent(in), optional :: relative !! see node_matrix_t; default: false
-      type(node_matrix_t), allocatable :: more(:)
+      type(node_matrix_t) :: new
       if (.not. allocated(self%list)) allocate (self%list(4))
-      if (self%n == size(self%list)) then
-         allocate (more(2 * self%n))
-         more(:self%n) = self%list
-         call move_alloc(more, self%list)
-      end if
+      if (.not. allocated(self%entry)) allocate (self%entry(36), source=0.0_wp)
+      if (self%n == size(self%list)) self%list = [self%list, self%list] ! the length of the array is doubled
+      do while (self%n_entries + size(k) > size(self%entry))
+         self%entry = [self%entry, self%entry]
+      end do
+      new%n = size(nodes)
+      new%node(:new%n) = nodes
+      if (present(relative)) new%relative = relative
+      new%first = self%n_entries + 1
+      new%last = self%n_entries + size(k)
       self%n = self%n + 1
-      associate (new => self%list(self%n))
-         new%n = size(nodes)
-         new%node(:new%n) = nodes
-         new%k(:3 * new%n, :3 * new%n) = k
-         new%relative = .false.
-         if (present(relative)) new%relative = relative
-      end associate
+      self%list(self%n) = new
+      self%entry(new%first:new%last) = reshape(k, [size(k)])
+      self%n_entries = new%last
    end subroutine append
 
    !> Adds all matrices to a band matrix.
@@ -68,11 +72,13 @@ contains
       integer :: i
       do i = 1, matrices%n
          associate (matrix => matrices%list(i))
-            if (matrix%relative) then
-               call add_matrix(problem, slip_block, matrix%node(:matrix%n), matrix%k, band)
-            else
-               call add_matrix(problem, tie_block, matrix%node(:matrix%n), matrix%k, band)
-            end if
+            associate (k => reshape(matrices%entry(matrix%first:matrix%last), [3 * matrix%n, 3 * matrix%n]))
+               if (matrix%relative) then
+                  call add_matrix(problem, slip_block, matrix%node(:matrix%n), k, band)
+               else
+                  call add_matrix(problem, tie_block, matrix%node(:matrix%n), k, band)
+               end if
+            end associate
          end associate
       end do
    end subroutine add_node_matrices
@@ -86,29 +92,32 @@ contains
       real(wp), intent(inout) :: y(:), form    !! (n) products, and x^T y; in/out: these products are added
       integer :: i
       do i = 1, matrices%n
-         if (matrices%list(i)%relative) then
-            call apply_matrix(problem, slip_block, matrices%list(i), x, y, form)
-         else
-            call apply_matrix(problem, tie_block, matrices%list(i), x, y, form)
-         end if
+         associate (matrix => matrices%list(i))
+            if (matrix%relative) then
+               call apply_matrix(problem, slip_block, matrix%node(:matrix%n), matrices%entry(matrix%first:matrix%last), x, y, form)
+            else
+               call apply_matrix(problem, tie_block, matrix%node(:matrix%n), matrices%entry(matrix%first:matrix%last), x, y, form)
+            end if
+         end associate
       end do
    end subroutine apply_node_matrices
 
    !> Adds the product of one matrix with a vector x to y, and x^T times this product to `form`.
-   pure subroutine apply_matrix(problem, block, matrix, x, y, form)
+   pure subroutine apply_matrix(problem, block, nodes, k, x, y, form)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: block(:, :, :)
-      type(node_matrix_t), intent(in) :: matrix
+      integer, intent(in) :: nodes(:)
+      real(wp), intent(in) :: k(3 * size(nodes), 3 * size(nodes))
       real(wp), intent(in) :: x(:)
       real(wp), intent(inout) :: y(:), form
-      real(wp) :: moved(3 * matrix%n), force(3 * matrix%n)
+      real(wp) :: moved(3 * size(nodes)), force(3 * size(nodes))
       integer :: i
-      do i = 1, matrix%n
-         moved(3 * i - 2:3 * i) = node_unknowns(problem, block, matrix%node(i), x)
+      do i = 1, size(nodes)
+         moved(3 * i - 2:3 * i) = node_unknowns(problem, block, nodes(i), x)
       end do
-      force = matmul(matrix%k(:3 * matrix%n, :3 * matrix%n), moved)
-      do i = 1, matrix%n
-         call spread_force(problem, block, matrix%node(i), force(3 * i - 2:3 * i), y)
+      force = matmul(k, moved)
+      do i = 1, size(nodes)
+         call spread_force(problem, block, nodes(i), force(3 * i - 2:3 * i), y)
       end do
       form = form + dot_product(moved, force)
    end subroutine apply_matrix
@@ -117,10 +126,7 @@ contains
    pure type(node_matrices_t) function combined(factor, one, other_factor, other) result(sum)
       real(wp), intent(in) :: factor, other_factor
       type(node_matrices_t), intent(in) :: one, other
-      integer :: i
       sum = one
-      do i = 1, one%n
-         sum%list(i)%k = factor * one%list(i)%k + other_factor * other%list(i)%k
-      end do
+      if (one%n > 0) sum%entry = factor * one%entry + other_factor * other%entry
    end function combined
 end module node_matrices
