@@ -46,6 +46,7 @@ contains
       real(wp), intent(in) :: k(:, :)          !! (3 * number of nodes, the same) symmetric matrix, see node_matrices_t
       logical, intent(in), optional :: relative !! see node_matrix_t; default: false
       type(node_matrix_t) :: new
+      integer :: column
       if (.not. allocated(self%list)) allocate (self%list(4))
       if (.not. allocated(self%entry)) allocate (self%entry(36), source=0.0_wp)
       if (self%n == size(self%list)) self%list = [self%list, self%list] ! the length of the array is doubled
@@ -59,8 +60,10 @@ contains
       new%last = self%n_entries + size(k)
       self%n = self%n + 1
       self%list(self%n) = new
-      self%entry(new%first:new%last) = reshape(k, [size(k)])
-      self%n_entries = new%last
+      do column = 1, size(k, 2)
+         self%entry(self%n_entries + 1:self%n_entries + size(k, 1)) = k(:, column)
+         self%n_entries = self%n_entries + size(k, 1)
+      end do
    end subroutine append
 
    !> Adds all matrices to a band matrix.
@@ -72,16 +75,24 @@ contains
       integer :: i
       do i = 1, matrices%n
          associate (matrix => matrices%list(i))
-            associate (k => reshape(matrices%entry(matrix%first:matrix%last), [3 * matrix%n, 3 * matrix%n]))
-               if (matrix%relative) then
-                  call add_matrix(problem, slip_block, matrix%node(:matrix%n), k, band)
-               else
-                  call add_matrix(problem, tie_block, matrix%node(:matrix%n), k, band)
-               end if
-            end associate
+            if (matrix%relative) then
+               call add_entries(problem, slip_block, matrix%node(:matrix%n), matrices%entry(matrix%first:matrix%last), band)
+            else
+               call add_entries(problem, tie_block, matrix%node(:matrix%n), matrices%entry(matrix%first:matrix%last), band)
+            end if
          end associate
       end do
    end subroutine add_node_matrices
+
+   !> Adds one matrix, given by its entries column by column, to a band matrix.
+   pure subroutine add_entries(problem, block, nodes, k, band)
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: block(:, :, :)
+      integer, intent(in) :: nodes(:)
+      real(wp), intent(in) :: k(3 * size(nodes), 3 * size(nodes))
+      type(band_t), intent(inout) :: band
+      call add_matrix(problem, block, nodes, k, band)
+   end subroutine add_entries
 
    !> Adds the products of all matrices with a vector x to y, and x^T times these products to `form`.
    pure subroutine apply_node_matrices(problem, tie_block, slip_block, matrices, x, y, form)
@@ -126,7 +137,10 @@ contains
    pure type(node_matrices_t) function combined(factor, one, other_factor, other) result(sum)
       real(wp), intent(in) :: factor, other_factor
       type(node_matrices_t), intent(in) :: one, other
+      integer :: i
       sum = one
-      if (one%n > 0) sum%entry = factor * one%entry + other_factor * other%entry
+      do i = 1, one%n_entries
+         sum%entry(i) = factor * one%entry(i) + other_factor * other%entry(i)
+      end do
    end function combined
 end module node_matrices
