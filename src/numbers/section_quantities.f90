@@ -113,7 +113,7 @@ contains
          ! Distributions of loads are not evaluated here, because formulas would take longer than all the rest.
          do k = 1, size(sample)
             if (.not. any(section%dimension%distribution == k)) cycle
-            if (model%distribution(k)%contains_place(c, 0.5_wp * (g%s(1) + g%s(2)))) &
+            if (model%distribution(k)%contains_element(c, g%s, model%curve(c)%length)) &
                & call model%distribution(k)%value_at(s + model%distribution(k)%offset(c), x, sample(k), wrong)
          end do
       end associate

@@ -89,11 +89,13 @@ contains
       logical, intent(out) :: found
       type(path_point_t) :: point
       type(state_t) :: place
+      real(wp) :: residual
       associate (before => interval%before(change%which)%value, after => interval%after(change%which)%value)
          place = run%last%state
          if (before > -after) place = interval%to%state
          associate (candidate => interval%after(change%which)%candidate)
-            call find_osculating_contact(problem, candidate, osculating_too(problem, interval, change%which), place, found)
+            call find_osculating_contact(problem, candidate, osculating_too(problem, interval, change%which), place, residual, &
+               & found)
          end associate
          if (.not. found) return
          if (after > 0.0_wp) then
@@ -104,6 +106,8 @@ contains
          end if
          if (.not. found) return
          point = point_at(problem, place)
+         ! The couple of a touchdown point is undetermined where the contact osculates.
+         point%system%force_residual = residual
          ! One eigenvalue may be zero there; if more have changed their sign, other events are on the way.
          found = after <= 0.0_wp .or. abs(point%system%negative_pivots - interval%pivots) <= 1
          if (.not. found) return

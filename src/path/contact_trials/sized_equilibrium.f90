@@ -65,6 +65,7 @@ contains
       allocate (error(n), slope(n, n))
       other = state
       call go_by(spread(0.0_wp, 1, n), other, state, error)
+      if (.not. ok) return
       first = maxval(abs(error))
       least = first
       best = state

@@ -9,7 +9,7 @@ module increment_trials
    use path_state, only: path_state_t, copy_path_state, path_tangent_of, turned_back
    use span_start, only: begin_spans
    use stiffness_homotopy, only: is_stiff_start, take_stiff_start
-   use attempt, only: attempt_t
+   use attempt, only: attempt_t, leads_on
    implicit none
    private
    public :: try_increment
@@ -30,10 +30,10 @@ contains
       else if (problem%is_sampled()) then
          call begin_with_spans(problem, step, run, attempt)
       else
-         ! The mesh that a trial on stiff foundations leaves has its interface points where contact ends in that trial. A shorter
-         ! increment from the start has other ends: it begins on softer foundations again.
          attempt%stiff_start = is_stiff_start(problem, run) .or. (attempt%stiff_start .and. run%fresh)
-         if (attempt%stiff_start) then
+         ! The mesh that a trial on stiff foundations leaves has its interface points where contact ends in that trial. Where an
+         ! increment on it fails, a shorter one begins on softer foundations again.
+         if (is_stiff_start(problem, run) .or. (attempt%stiff_start .and. .not. leads_on(attempt))) then
             call take_stiff_start(problem, run, attempt%trial, attempt%report, attempt%has_trial)
          else
             call advance(problem, run%last, run%control, attempt%trial, attempt%report)

@@ -19,17 +19,18 @@ contains
    !> follows the obstacle's direction, like the end of a line contact, its position is given by continuity of the moment, and the
    !> relative curvature is prescribed. Other points that become osculating nearby, for instance mirror images, are treated
    !> likewise.
-   subroutine find_osculating_contact(problem, candidate, too, place, found)
+   subroutine find_osculating_contact(problem, candidate, too, place, residual, found)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
       integer, intent(in) :: too(:)              !! candidates of the other points
       type(state_t), intent(inout) :: place      !! a nearby state on entry
+      real(wp), intent(out) :: residual          !! relative residual of these equations
       logical, intent(out) :: found
       type(problem_t) :: turning
       integer :: k
       call copy_problem(problem, turning)
       turning%candidates%follows([candidate, too]) = problem%candidates%rolls([candidate, too])
-      call go_to_excess(turning, candidate, 0.0_wp, least_resolved_curvature(problem), place, found)
+      call go_to_excess(turning, candidate, 0.0_wp, least_resolved_curvature(problem), place, residual, found)
       if (.not. found) return
       do k = 1, size(too)
          place%reaction(too(k)) = point_force(problem, place, too(k))
@@ -74,12 +75,13 @@ contains
    end function least_resolved_curvature
 
    !> Finds the equilibrium at which a point contact has a given relative curvature.
-   subroutine go_to_excess(problem, candidate, excess, whole, state, found)
+   subroutine go_to_excess(problem, candidate, excess, whole, state, residual, found)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
       real(wp), intent(in) :: excess
       real(wp), intent(in) :: whole              !! scale for the tolerance of the relative curvature
       type(state_t), intent(inout) :: state      !! a guess on entry
+      real(wp), intent(out) :: residual          !! relative residual
       logical, intent(out) :: found
       type(control_t) :: curved
       type(state_t) :: start
@@ -92,5 +94,6 @@ contains
       system = new_system(problem)
       call correct(problem, start, curved, .true., state, system, report)
       found = report%converged
+      residual = report%residual
    end subroutine go_to_excess
 end module osculating_contacts

@@ -5,6 +5,7 @@ module other_set
    use problem, only: problem_t
    use rod_state, only: state_t, candidate_gap
    use linear_system, only: new_system
+   use bordered_system, only: linearise
    use contact_spans, only: contact_span_t
    use span_problem, only: new_span_problem
    use test_kinds, only: span_test_t, any_fails
@@ -102,8 +103,8 @@ contains
       end subroutine stay
    end subroutine settle
 
-   !> Moves the next set to another load factor and runs its tests. Without an equilibrium the state is unchanged and `tests` is not
-   !> allocated.
+   !> Moves the next set to another load factor, factors its system there and runs its tests. Without an equilibrium the state is
+   !> unchanged and `tests` is not allocated.
    subroutine go_to_load(next, load, tests)
       type(other_set_t), intent(inout) :: next
       real(wp), intent(in) :: load
@@ -115,7 +116,8 @@ contains
       control%method = method_load
       control%increment = load - start%load_factor
       call correct(next%problem, start, control, .true., next%state, next%system, report)
-      if (report%converged) then
+      if (report%converged) call linearise(next%problem, next%state, next%state, next%system)
+      if (report%converged .and. next%system%ok) then
          tests = tests_of(next)
       else
          next%state = start

@@ -10,7 +10,6 @@ module set_onset
    use converged_state, only: contact_holds
    use span_events, only: find_change
    use contact_change_types, only: step_interval_t, change_t, new_interval, change_located, place_within
-   use bordered_system, only: linearise
    use state_transfer, only: carried
    use path_control, only: displacement_between, path_length, metric
    use path_continuity, only: path_tangent_t, path_tangent_at
@@ -49,9 +48,6 @@ contains
       call copy_other_set(next, known)
       call go_back(run%last%state%load_factor, next, outside)
       if (.not. allocated(outside%state%u)) return
-      call linearise(next%problem, next%state, next%state, next%system)
-      call linearise(outside%problem, outside%state, outside%state, outside%system)
-      if (.not. (next%system%ok .and. outside%system%ok)) return
       call copy_path_state(run, back)
       call forget_mesh(back)
       back%fresh = .false.

@@ -7,7 +7,6 @@ module vanished_length
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t
-   use bordered_system, only: linearise
    use breakpoint_forces, only: breakpoint_couple, breakpoint_force, left_over, stands
    use past_breakpoints, only: beyond
    use contact_spans, only: contact_span_t
@@ -52,8 +51,6 @@ contains
       end do
       found = try <= most
       if (.not. found) return
-      call linearise(next%problem, next%state, next%state, next%system)
-      found = next%system%ok
       tests = tests_of(next)
       next%test = number_of(tests)
 
