@@ -3,6 +3,10 @@
 A clamped ring with small imperfections lies along its cavity under pressure, until two free spans beside its pushed crown close within a
 thousandth of the load. Runs at other tolerances are the reference: both loads belong to the structure.
 """
+import math
+
+import math
+
 import pytest
 
 import deck_runner as dr
@@ -59,3 +63,50 @@ def test_values_before_a_closing():
     assert run.results.complete
     dr.assert_close([c.load_factor for c in run.labelled("UZ")], [7.1, 7.5, 7.9, 8.3, 8.39, 8.4], relative=1e-9)
     dr.assert_close([c.load_factor for c in run.labelled("C+")][2:], [8.39655045, 8.40462373], relative=2e-7)
+
+
+FITTING_RING = """*HEADING
+Ring in a host of splines that it fits to 1/2000: short free spans open and close while it is pressed
+*NODE
+1, 0, 0.96
+2, 0, -0.96
+*ELLIPSE, ELSET=B, NSET=B, DIRECTION=ANTICLOCKWISE
+1, 2, 0, 0, 1.04, 0.96
+2, 1, 0, 0, 1.04, 0.96
+*IMPERFECTION, ELSET=B, SHAPE=COSINE
+-5e-05, 8
+-1.66666666667e-06, 6
+5e-05, 2
+*BEAM SECTION, ELSET=B, SECTION=STIFFNESS
+480000, 1
+*BOUNDARY
+2, ENCASTRE
+*OBSTACLE, NAME=HOST, TYPE=SPLINE, ENDS=CLOSED
+{host}
+*CONTACT, OBSTACLE=HOST, NSET=B, GAP=0.0005
+*STEP
+*ACCURACY, TOLERANCE={tolerance}
+*STATIC, METHOD=CYLINDRICAL
+1, , 0.02
+*DLOAD
+B, P, 1
+*CLOAD
+1, 2, -0.0065
+1, 1, -8.8e-05
+*STOP
+LOAD, ABOVE, 1.2
+*END STEP
+"""
+
+
+@dr.release_only
+@pytest.mark.parametrize("tolerance", ["1E-5", "1E-6"])
+def test_a_span_whose_gap_is_rounding_lies_down_at_once(tolerance):
+    """With and without it the equilibrium is the same, up to the errors of two meshes. Taken for two equilibria, they kept the span,
+    which moved along with the end of a line in a hundred increments, or the path turned back although the ring is stable."""
+    host = "\n".join(f"{1.04 * math.cos(math.pi * k / 8)!r}, {0.96 * math.sin(math.pi * k / 8)!r}" for k in range(16))
+    run = dr.run_deck(FITTING_RING.format(host=host, tolerance=tolerance))
+    assert {c.label for c in run.results.critical} == {"C+", "C-", "EP"}
+    assert all(run.column("negative_pivots") == 0)
+    splits = run.only("C-")
+    assert abs(splits.load_factor - 0.55435857) < splits.error + 1e-7

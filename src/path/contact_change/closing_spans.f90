@@ -71,7 +71,7 @@ contains
       too_far = .false.
       changed = size(closing) > 0
       if (.not. changed) return
-      call try_sets(problem, step, run, point, first, next, changed, closing=closing)
+      call try_sets(problem, step, run, point, first, next, changed, closing=closed_or_all(problem, closing))
       if (.not. changed) return
       associate (onset => first%state%load_factor, end => interval%to%state%load_factor)
          if (interval%stuck) then
@@ -86,6 +86,15 @@ contains
       if (.not. changed) return
       call begin_set(problem, step, run, first, next, recorder, finished, outcome)
    end subroutine close_spans
+
+   !> Tests of those free spans whose gap is rounding; if there are none, all: spans that have closed lie down before others do.
+   pure function closed_or_all(problem, closing) result(first)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: closing(:) !! tests of free spans
+      type(span_test_t), allocatable :: first(:)
+      first = pack(closing, abs(closing%value) * problem%size <= rounding_gap(problem))
+      if (size(first) == 0) first = closing
+   end function closed_or_all
 
    !> True if all contacts that a set without free spans gains begin at its onset: each has a zero of pressure or force there.
    logical function all_begin(first)
