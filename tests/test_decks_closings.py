@@ -5,8 +5,6 @@ thousandth of the load. Runs at other tolerances are the reference: both loads b
 """
 import math
 
-import math
-
 import pytest
 
 import deck_runner as dr
