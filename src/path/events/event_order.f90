@@ -1,5 +1,5 @@
-!> Relations between the events of one increment: duplicates, order along the path, and the number of negative pivots before each
-!> event.
+!> Relations between the events of one increment: duplicates, changes of contact beside limit points, and the number of negative pivots
+!> before each event.
 module event_order
    use kinds, only: wp
    use path_point, only: path_point_t
@@ -8,7 +8,7 @@ module event_order
    use located_events, only: located_event_t
    implicit none
    private
-   public :: duplicates_of, beside, one_sided, count_before, by_fraction, same_place
+   public :: duplicates_of, beside, one_sided, count_before, same_place
 
    real(wp), parameter :: same_place = 1.0e-5_wp !! fraction of the increment: located events closer than this coincide; with values
    !! from 1E-6 to 1E-4 every deck in input has the same results
@@ -108,18 +108,4 @@ contains
          if (seen(i)%fraction < fraction - same_place) pivots = pivots + nint(sign(1.0_wp, seen(i)%event%before))
       end do
    end function count_before
-
-   !> Indices that sort positions in ascending order.
-   pure function by_fraction(fraction) result(order)
-      real(wp), intent(in) :: fraction(:)
-      integer :: order(size(fraction))
-      integer :: i, k
-      do i = 1, size(fraction)
-         do k = i - 1, 1, -1
-            if (fraction(order(k)) <= fraction(i)) exit
-            order(k + 1) = order(k)
-         end do
-         order(k + 1) = i
-      end do
-   end function by_fraction
 end module event_order

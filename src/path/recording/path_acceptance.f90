@@ -18,7 +18,8 @@ module path_acceptance
    use branch_closure, only: check_closure
    use event_search, only: findings_t, find_events
    use spurious_events, only: better_from_nearer, hides_release, turns_by_rounding, check_limit_shift, check_single_path
-   use event_order, only: duplicates_of, beside, count_before, by_fraction, same_place
+   use ordering, only: ascending
+   use event_order, only: duplicates_of, beside, count_before, same_place
    use event_recording, only: record_event, announce, new_critical, go_to
    use path_outcome, only: outcome_t, note_bracketed
    use point_recording, only: record
@@ -237,7 +238,7 @@ contains
       integer, allocatable :: order(:)
       integer :: i, k
       finished = .false.
-      order = by_fraction(findings%seen%fraction)
+      order = ascending(findings%seen%fraction)
       do i = 1, size(order)
          k = order(i)
          if (findings%duplicate(k) .or. findings%beside(k) > 0 .or. .not. findings%seen(k)%located) cycle
