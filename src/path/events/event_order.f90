@@ -1,4 +1,4 @@
-!> Relations between the events of one increment: duplicates, changes of contact beside limit points, and the number of negative pivots
+!> Relations between the events of one increment: duplicates, contact changes beside limit points, and the number of negative pivots
 !> before each event.
 module event_order
    use kinds, only: wp
