@@ -86,7 +86,7 @@ contains
       type(contact_span_t), intent(in) :: contact_span(:) !! contact set on rod segments
       type(contact_span_t), allocatable :: set(:)
       type(contact_span_t) :: all(size(contact_span))
-      integer :: k, i, n
+      integer :: k, i, before, behind
       real(wp) :: along(2)
       do k = 1, size(all)
          all(k) = contact_span(k)
@@ -98,12 +98,13 @@ contains
       call sort_contact_spans(all)
       allocate (set(0))
       do k = 1, size(all)
-         n = 0
-         do i = 1, size(set)
-            if (continues(set(i), all(k))) n = i
-         end do
-         if (n > 0) then
-            set(n)%at(2) = all(k)%at(2)
+         ! A line that has shrunk to less than nothing, beyond its change of contact, comes after the next one.
+         before = findloc([(continues(set(i), all(k)), i=1, size(set))], .true., 1)
+         behind = findloc([(continues(all(k), set(i)), i=1, size(set))], .true., 1)
+         if (before > 0) then
+            set(before)%at(2) = all(k)%at(2)
+         else if (behind > 0) then
+            set(behind)%at(1) = all(k)%at(1)
          else
             set = [set, all(k)]
          end if

@@ -146,24 +146,26 @@ contains
       if (valid(1)%sized) call go_on(here, valid(1))
    end subroutine enlarge
 
-   !> Labels the change from the present set to another one. Both are compared at about the same point of the path. A contact
-   !> continues another one from which it is not much farther than the length of what is new or vanishes.
+   !> Labels the change from the present set to another one. The contacts are compared where the set was edited, because a contact
+   !> may move far until the set's first equilibrium. A contact continues another one from which it is not much farther than the
+   !> length of what is new or vanishes.
    subroutine label(problem, run, here, wide, trial)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here    !! the present set, at a change or near it
       real(wp), intent(in) :: wide                !! longest free span that vanishes / length of the strip
       type(tried_set_t), intent(inout) :: trial
+      type(contact_span_t), allocatable :: edited(:)
       real(wp) :: near
       logical :: farther
       farther = allocated(here%beyond)
-      if (farther) farther = abs(trial%set%state%load_factor - here%beyond%load_factor) < abs(trial%set%state%load_factor - &
-         & here%state%load_factor)
+      if (farther) farther = abs(trial%edited_at - here%beyond%load_factor) < abs(trial%edited_at - here%state%load_factor)
       near = nearby + first_length(trial%length) + wide
+      edited = trial%set%problem%contact_span
       if (farther) then
-         call label_and_number(problem, here%beyond, near, run%spans_begun, trial%set)
+         call label_and_number(problem, here%beyond, near, run%spans_begun, edited, trial%set)
       else
-         call label_and_number(problem, here%state, near, run%spans_begun, trial%set)
+         call label_and_number(problem, here%state, near, run%spans_begun, edited, trial%set)
       end if
    end subroutine label
 
@@ -259,7 +261,7 @@ contains
          do k = 1, size(neighbour)
             if (here%vanishes .and. .not. closes(neighbour(k)%edit)) cycle
             call solve_neighbour(here, from%set%problem, from%set%state, run, strip, neighbour(k), &
-               & from%edits == 0, trial%set, found)
+               & from%edits == 0, trial%set, trial%edited_at, found)
             if (found) found = is_near(here, trial%set) .and. .not. same_kind(here%problem, trial%set%problem)
             if (found) found = .not. is_among(trial, valid)
             if (.not. found) cycle

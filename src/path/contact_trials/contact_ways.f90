@@ -53,7 +53,8 @@ contains
       do subset = 1, 2**size(edit_place) - 1
          call edit_all(strip, on_strips(strip, present_contact_spans(problem, point%state)), pack(edit_place, &
             & [(btest(subset, k - 1), k=1, size(edit_place))]), neighbour, found)
-         if (found) call solve_neighbour(here, problem, point%state, run, strip, neighbour, .true., trial%set, found)
+         if (found) call solve_neighbour(here, problem, point%state, run, strip, neighbour, .true., trial%set, &
+            & trial%edited_at, found)
          if (found) found = is_near(here, trial%set) .and. .not. same_kind(taken%problem, trial%set%problem)
          if (.not. found) cycle
          trial%edits = 1

@@ -15,7 +15,7 @@ module neighbours
    private
    public :: edit_place_t, neighbour_t, neighbours_at, closes, no_test
    public :: edit_remove, edit_add, edit_spread, edit_part, edit_leave, edit_shrink, edit_ends, edit_open, edit_end_off, &
-      & edit_lie_down, edit_merge, edit_pass, edit_jump, edit_rise, edit_change
+      & edit_lie_down, edit_merge, edit_pass, edit_jump, edit_rise, edit_change, edit_arrive
 
    ! Edits.
    integer, parameter :: edit_remove = 1     !! a contact ends
@@ -34,24 +34,25 @@ module neighbours
    integer, parameter :: edit_jump = 13      !! the end of a line contact jumps over a segment boundary and leaves a free span there
    integer, parameter :: edit_rise = 14      !! a line contact opens around a point contact with another obstacle
    integer, parameter :: edit_change = 15    !! a line contact changes over to another obstacle
-   integer, parameter :: n_edits = 15
+   integer, parameter :: edit_arrive = 16    !! the end of a line contact comes to a segment boundary and stays there
+   integer, parameter :: n_edits = 16
 
    integer, parameter :: no_test = 0         !! kind of a place without failing test
 
    !> Order in which the edits are tried, one row for each kind of failing test (test_kinds); the first row is for a place without
    !> failing test. Edits that are not in a row come after it, in the order of their numbers; 0: none.
    integer, parameter :: order(5, 0:10) = reshape([ &
-      & edit_lie_down, edit_merge, edit_pass, edit_jump, 0, &             ! no test
+      & edit_lie_down, edit_merge, edit_pass, edit_arrive, edit_jump, &   ! no test
       & edit_add, edit_rise, edit_change, edit_lie_down, 0, &             ! gap
       & edit_open, edit_jump, edit_ends, edit_end_off, edit_remove, &    ! force
       & edit_spread, edit_part, edit_lie_down, edit_leave, edit_merge, &  ! curvature
       & edit_open, edit_end_off, edit_ends, edit_remove, 0, &             ! pressure
-      & edit_shrink, edit_remove, edit_pass, 0, 0, &                      ! length
+      & edit_shrink, edit_remove, edit_pass, edit_arrive, 0, &            ! length
       & edit_lie_down, edit_merge, 0, 0, 0, &                             ! vanishing
-      & edit_pass, edit_jump, edit_lie_down, edit_leave, 0, &             ! boundary span
+      & edit_pass, edit_arrive, edit_jump, edit_lie_down, edit_leave, &   ! boundary span
       & edit_spread, edit_leave, edit_part, edit_lie_down, 0, &           ! slope
       & edit_leave, edit_pass, edit_spread, 0, 0, &                       ! leaving
-      & edit_open, edit_jump, edit_end_off, edit_pass, 0], [5, 11])       ! couple
+      & edit_open, edit_jump, edit_end_off, edit_pass, edit_arrive], [5, 11])       ! couple
 
    !> A place at which the contact set may be wrong: that of a failing test, or an end of a contact.
    type :: edit_place_t
@@ -163,7 +164,7 @@ contains
    !> True if an edit may take a free span away.
    pure logical function closes(edit)
       integer, intent(in) :: edit
-      closes = any(edit == [edit_lie_down, edit_merge, edit_pass, edit_remove])
+      closes = any(edit == [edit_lie_down, edit_merge, edit_pass, edit_arrive, edit_remove])
    end function closes
 
    !> Rank of each edit for a kind of test.
@@ -312,10 +313,11 @@ contains
             if (abs(s - set(k)%at(side)) > near) cycle
             way = merge(-1, 1, side == 1)
             call add(all, edit_pass, end_moved(set, k, side, s + way * e), [k, 0], [side, side])
-            ! If the other end is before the boundary, this end may also come to the boundary or stop before it. An end at the
-            ! boundary is held there by a couple, which at the arrival is zero, so that the set seems valid at first.
+            ! If the other end is before the boundary, this end may also stop before the boundary or come to it. An end at the
+            ! boundary is held there by a couple, which at the arrival is zero, so that the set seems valid at first: it comes
+            ! after the others.
             if (way * (s - set(k)%at(3 - side)) > 0.0_wp) then
-               call add(all, edit_pass, end_moved(set, k, side, s))
+               call add(all, edit_arrive, end_moved(set, k, side, s))
                call add(all, edit_pass, end_moved(set, k, side, s - way * e), [k, 0], [side, side])
             end if
             if (way * (s - set(k)%at(3 - side)) <= e) cycle

@@ -33,7 +33,7 @@ module set_trial
 contains
 
    !> Finds the equilibrium of a neighbour of the contact set of `problem`.
-   subroutine solve_neighbour(here, problem, state, run, strip, neighbour, first, next, found)
+   subroutine solve_neighbour(here, problem, state, run, strip, neighbour, first, next, edited_at, found)
       type(change_place_t), intent(in) :: here   !! the run's point, with its path tangent
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! first guess, of `problem`
@@ -42,11 +42,13 @@ contains
       type(neighbour_t), intent(in) :: neighbour
       logical, intent(in) :: first               !! true: `problem` has the present contact set
       type(other_set_t), intent(out) :: next          !! its system is factored at its state
+      real(wp), intent(out) :: edited_at         !! load factor of the equilibrium whose set was edited
       logical, intent(out) :: found
       type(contact_span_t), allocatable :: contact_span(:)
       type(control_t) :: plane
       integer :: ends(2)
       logical :: free
+      edited_at = state%load_factor
       call on_segments(strip, problem%covered, neighbour%set, contact_span, found)
       if (.not. found) return
       next = new_other_set(problem, state, numbered(contact_span, max(run%spans_begun, maxval([0, contact_span%number]))))
@@ -59,6 +61,7 @@ contains
             contact_span = moved_beyond(here, next%problem%contact_span)
             found = .not. any_overlap(contact_span)
             if (.not. found) return
+            edited_at = here%beyond%load_factor
             next = new_other_set(problem, here%beyond, contact_span)
             call settle(next, found)
          end if

@@ -72,6 +72,7 @@ module set_validity
    type :: tried_set_t
       type(other_set_t) :: set  !! its first equilibrium, in which a new contact or free span has a prescribed
       !! length; the path tangent points onward
+      real(wp) :: edited_at = 0.0_wp              !! load factor of the equilibrium whose set was edited
       logical :: sized = .false.                  !! true: a length is prescribed
       integer :: edits = 0                        !! edits by which the set differs from the present one
       integer :: edit = 0                         !! the first of these edits (neighbours)
@@ -400,6 +401,7 @@ contains
       type(tried_set_t), intent(in) :: from
       type(tried_set_t), intent(inout) :: to
       call copy_other_set(from%set, to%set)
+      to%edited_at = from%edited_at
       to%sized = from%sized
       to%edits = from%edits
       to%edit = from%edit

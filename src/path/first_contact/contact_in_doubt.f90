@@ -79,7 +79,7 @@ contains
       next%tangent = path_tangent_at(next%problem, next%system, displacement_between(next%problem, here, ahead), &
          & ahead%load_factor - here%load_factor)
       call label_and_number(problem, run%last%state, 1.0_wp / minval(nodes%element_last - nodes%element_first + 1), &
-         & run%spans_begun, next)
+         & run%spans_begun, present_contact_spans(next%problem, next%state), next)
       ! The contact changes lie between the present point and the one found; other contact sets may exist in between, unless the
       ! load factors of both are equal within the tolerance.
       associate (step => problem%model%step(problem%step))

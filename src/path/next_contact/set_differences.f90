@@ -22,19 +22,22 @@ contains
    !> gained (C+) where a contact continues none, or several that merge; it is lost (C-) where a contact is continued by none, or by
    !> several (it splits); if contacts are gained and lost at once, the larger number counts. A contact that only moves gives no
    !> label.
-   subroutine label_and_number(problem, state, near, last, next)
+   subroutine label_and_number(problem, state, near, last, now, next)
       type(problem_t), intent(in) :: problem       !! with the present set
       type(state_t), intent(in) :: state           !! of `problem`, at the change
       real(wp), intent(in) :: near                 !! distance within which one contact continues another / length of the strip
       integer, intent(in) :: last                  !! last number given to a contact span
-      type(other_set_t), intent(inout) :: next          !! receives the label; its contact spans get their numbers
+      type(contact_span_t), intent(in) :: now(:)   !! contact spans of the next set, with their ends at the change
+      type(other_set_t), intent(inout) :: next     !! receives the label; its contact spans get their numbers
       type(strip_t), allocatable :: strip(:)
+      type(contact_span_t), allocatable :: before(:)
       logical, allocatable :: same(:, :)
       integer :: gained, split, lost
       strip = find_strips(problem%layout)
-      call number_spans(problem%contact_span, continued(strip, near, placed(strip, problem, state), placed(strip, next%problem, &
-         & next%state)), last, next%problem%contact_span)
-      same = continued(strip, near, contacts(strip, problem, state), contacts(strip, next%problem, next%state))
+      before = present_contact_spans(problem, state)
+      call number_spans(problem%contact_span, continued(strip, near, placed(strip, before), placed(strip, now)), last, &
+         & next%problem%contact_span)
+      same = continued(strip, near, contacts(strip, problem, state, before), contacts(strip, next%problem, next%state, now))
       gained = count(.not. any(same, 1)) + sum(max(count(same, 1) - 1, 0))
       split = sum(max(count(same, 2) - 1, 0))
       lost = count(.not. any(same, 2)) + split
@@ -45,15 +48,14 @@ contains
       next%divides = next%label == 'C-' .and. lost == split
    end subroutine label_and_number
 
-   !> Contact spans of a state in coordinates along the strips.
-   function placed(strip, problem, state) result(set)
+   !> Contact spans in coordinates along the strips.
+   pure function placed(strip, spans) result(set)
       type(strip_t), intent(in) :: strip(:)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      type(contact_span_t), allocatable :: set(:)
+      type(contact_span_t), intent(in) :: spans(:)
+      type(contact_span_t) :: set(size(spans))
       real(wp) :: along(2)
       integer :: k, i, on
-      set = present_contact_spans(problem, state)
+      set = spans
       do k = 1, size(set)
          do i = 1, 2
             call strip_place(strip, set(k)%rod_segment, set(k)%at(i), on, along(i))
@@ -63,14 +65,15 @@ contains
       end do
    end function placed
 
-   !> Contacts of a state along the strips, without nodes clamped on an obstacle.
-   function contacts(strip, problem, state) result(set)
+   !> Contacts along the strips, without nodes clamped on an obstacle.
+   function contacts(strip, problem, state, spans) result(set)
       type(strip_t), intent(in) :: strip(:)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
+      type(contact_span_t), intent(in) :: spans(:) !! contact spans of `problem`
       type(contact_span_t), allocatable :: set(:)
       integer :: k
-      set = on_strips(strip, present_contact_spans(problem, state))
+      set = on_strips(strip, spans)
       set = pack(set, set%line .or. .not. [(stands(problem, state, set(k)%candidate(1)), k=1, size(set))])
    end function contacts
 
