@@ -205,3 +205,47 @@ def test_a_node_left_of_the_middle_opens_as_its_mirror_image(at, pull):
     assert [c.label for c in seen.results.critical] == [c.label for c in mirrored.results.critical] == ["C+", "C-", "EP"]
     for mine, its in zip(seen.results.critical, mirrored.results.critical):
         dr.assert_close(mine.load_factor, its.load_factor, relative=2 * SHORTEST)
+
+
+PRESSED = """*HEADING
+Heated column on a floor, a dead load presses a node down
+*NODE
+1, 0., 0.
+2, {at!r}, 0.
+3, 1., 0.
+*LINE, ELSET=COLUMN, NSET=COLUMN
+1, 2
+2, 3
+*BEAM SECTION, ELSET=COLUMN, SECTION=STIFFNESS
+108300., 1., , 1., 1E-5
+*BOUNDARY
+1, PINNED
+3, PINNED
+*IMPERFECTION, ELSET=COLUMN, SHAPE=SINE
+-0.00039, 1
+{second!r}, 2
+*OBSTACLE, NAME=FLOOR, TYPE=LINE
+-1., -0.039, 2., -0.039
+*CONTACT, OBSTACLE=FLOOR, NSET=COLUMN
+*STEP
+*ACCURACY, TOLERANCE={tolerance!r}
+*STATIC, METHOD=SPHERICAL
+0.02, , 0.05
+*TEMPERATURE
+COLUMN, 1405.8344413666
+*CLOAD
+2, 2, -0.2925
+*STOP
+LOAD, ABOVE, 0.45
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("at, second, tolerance", [(0.51, 0.00195, 1e-4), (0.51, 0.00195, 1e-6), (0.49, -0.00195, 1e-5)])
+def test_the_end_of_a_line_passes_a_pressed_node(at, second, tolerance):
+    """Contact begins, and the line divides. At 0.38643 the end of the line passes the node: the load presses it down on both sides, so
+    that nothing begins or ends there, and no couple may keep the end at the node."""
+    critical = dr.run_deck(PRESSED.format(at=at, second=second, tolerance=tolerance)).results.critical
+    assert [c.label for c in critical] == ["C+", "C-", "EP"]
+    for event, load in zip(critical, [0.26974552, 0.37407859]):
+        dr.assert_close(event.load_factor, load, absolute=event.error + 1e-8)
