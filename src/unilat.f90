@@ -54,6 +54,7 @@ program unilat
    type(model_t) :: deck_model, first_model !! first_model: model with which the path begins; with option --from that of the former
    !! run
    type(problem_t) :: path_problem
+   real(wp), allocatable :: load_sum(:, :)       !! from step_load_sums
    type(run_recorder_t) :: recorder
    type(outcome_t) :: outcome
    type(error_t), allocatable :: error
@@ -125,7 +126,7 @@ program unilat
    if (options%check) then
       call open_draft(draft)
       if (.not. options%quiet) call write_deck_summary(draft, deck_model, program_version, deck_words(), '', &
-         & step_load_sums(deck_model))
+         & step_load_sums(new_problem(deck_model)))
       call put_draft(draft, lost)
       why_unstable = why_deck_unstable(deck_model)
       if (why_unstable /= '') call stop_with(exit_deck_error, source%name//': '//why_unstable)
@@ -140,6 +141,8 @@ program unilat
       call end_program(exit_complete)
    end if
    first_model = deck_model
+   call begin_problem()
+   if (.not. options%quiet) load_sum = step_load_sums(path_problem)
    if (options%restart /= '') then
       saved%kind = restart%kind
       if (restart%kind > 0) saved%archive = archive_of(restart%state)
@@ -150,8 +153,7 @@ program unilat
          & saved%load_factor, error)
       if (allocated(error)) call stop_with(exit_deck_error, error%message)
    end if
-   if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, deck_words(), result_file, &
-      & step_load_sums(deck_model))
+   if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, deck_words(), result_file, load_sum)
 
    ! ---- the path ----
    call follow_deck()
@@ -161,6 +163,7 @@ program unilat
       why_nodes = outcome%why
       deck_model%contact%along = .false.
       first_model%contact%along = .false.
+      call begin_problem()
       call follow_deck()
       call note_failure('contact is at the nodes of the deck, where errors are not known, because spans do not get on: '//why_nodes)
    end if
@@ -188,11 +191,15 @@ program unilat
 
 contains
 
-   !> Follows all steps of the deck and records the results.
-   subroutine follow_deck()
+   !> Makes the problem with which the path begins.
+   subroutine begin_problem()
       call timing_start(phase_numbering)
       path_problem = new_problem(first_model)
       call timing_stop(phase_numbering)
+   end subroutine begin_problem
+
+   !> Follows all steps of the deck and records the results.
+   subroutine follow_deck()
       call timing_start(phase_output)
       call open_results()
       recorder%quiet = options%quiet
@@ -261,7 +268,9 @@ contains
       call read_deck(old, old_model, old_diagnostics)
       why = why_not_with(old_model, deck_model)
       if (why /= '') call stop_with(exit_deck_error, options%restart//' cannot go on: '//why)
-      if (options%from /= '') first_model = old_model
+      if (options%from == '') return
+      first_model = old_model
+      call begin_problem()
    end subroutine check_other_deck
 
    !> Adds a failure to the status: the run has ended, but not all requirements of the deck are satisfied.

@@ -7,7 +7,7 @@ module contact_checks
    use contact_set, only: gap_tolerance, sign_slack
    use contact_spans, only: initial_share
    use force_law, only: foundation_reaction
-   use span_forces, only: span_totals, end_force
+   use span_forces, only: span_totals
    use track_nodes, only: rolled_t, rolled
    use conforming_span, only: conforming_state_t, conforming_forces, density_samples, smooth_parts
    use deck_nodes, only: deck_contact_gaps, deck_displacements, find_node
@@ -23,24 +23,31 @@ module contact_checks
    real(wp), parameter :: least_reaction = 1.0e-6_wp !! smallest reaction, over the largest force, to which the sign of a reaction
    !! is related
 
-   !> Forces of the contact spans of a state.
+   !> Forces of the contact spans of a state, and the displacements from which gaps are measured.
    type :: span_sums_t
       real(wp) :: middle(2) = 0.0_wp             !! middle of the structure, the reference point of the moments
       real(wp), allocatable :: force(:, :, :)    !! (3, contacts, obstacles) force in x, force in y, sum of normal forces
       real(wp), allocatable :: moment(:)         !! (obstacles) moment, > 0 anticlockwise
+      real(wp), allocatable :: push(:) !! (candidates) concentrated forces, see span_totals; not allocated: there are no contact
+      !! spans
+      real(wp), allocatable :: u(:, :) !! (3, deck's nodes) from deck_displacements; not allocated: there are no contact spans
    end type span_sums_t
 
 contains
 
-   !> Sums the forces of the contact spans, which are zero if there are none.
+   !> Sums the forces of the contact spans, which are zero if there are none, and finds the displacements of the deck's nodes.
    function sum_spans(problem, state) result(spans)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(span_sums_t) :: spans
+      integer :: c
       spans%middle = 0.5_wp * (maxval(state%geometry%x, 2) + minval(state%geometry%x, 2))
       allocate (spans%force(3, size(problem%model%contact), size(problem%model%obstacle)), source=0.0_wp)
       allocate (spans%moment(size(problem%model%obstacle)), source=0.0_wp)
-      if (problem%has_spans()) call span_totals(problem, state, spans%middle, spans%force, spans%moment)
+      if (.not. problem%has_spans()) return
+      allocate (spans%push(problem%candidates%n))
+      call span_totals(problem, state, spans%middle, spans%force, spans%moment, spans%push)
+      spans%u = deck_displacements(problem, state, [(c, c=1, problem%deck%mesh%n_nodes)])
    end function sum_spans
 
    !> Checks positions and signs of contact spans, and adds their forces to the balances.
@@ -54,7 +61,7 @@ contains
       real(wp), intent(inout) :: total(3)        !! total force (x, y) and moment about the middle
       real(wp), intent(inout) :: left(:, :)      !! (3, nodes) unbalanced forces and moments
       integer, intent(in), optional :: touches_in !! element in which a contact span begins at this point; 0: none
-      real(wp) :: push, gap, normal(2), bend, local(3), x(2), angle, density, tau, counted(2)
+      real(wp) :: gap, normal(2), bend, local(3), x(2), angle, density, tau, counted(2)
       type(rolled_t) :: roll
       type(conforming_state_t) :: kept
       type(profile_t) :: profile
@@ -64,11 +71,10 @@ contains
       accuracy%reaction = max(accuracy%reaction, maxval(abs(sum(spans%force(3, :, :), 2))))
       do c = 1, problem%candidates%n
          if (problem%candidates%contact_span(c) == 0) cycle
-         push = end_force(problem, state, c)
          call candidate_gap(problem, state, c, gap, normal, bend)
          roll = rolled(problem, state, c)
          if (abs(roll%way) > 0.0_wp) normal = roll%normal
-         associate (node => problem%candidates%node(c))
+         associate (node => problem%candidates%node(c), push => spans%push(c))
             left(:, node) = left(:, node) - push * [normal, roll%arm(1) * normal(2) - roll%arm(2) * normal(1)]
             ! If a support of the node carries a part of the force, this part is contained in the support reaction.
             counted = merge(push * normal, 0.0_wp, problem%model%fixed(1:2, node))
@@ -96,7 +102,7 @@ contains
          associate (node => problem%deck%contact(c)%node)
             if (allocated(gaps)) deallocate (gaps, place)
             allocate (gaps(size(node)), place(2, size(node)))
-            call deck_contact_gaps(problem, state, c, deck_displacements(problem, state, node), gaps, place)
+            call deck_contact_gaps(problem, state, c, spans%u(:, node), gaps, place)
             do i = 1, size(node)
                if (-gaps(i) / problem%size <= accuracy%worst(check_penetration)%value) cycle
                call find_node(problem, state, node(i), mesh_node, e, tau)

@@ -446,16 +446,16 @@ contains
    end function goes_back
 
    !> True if a state lies on the path between two points of the path. The path tangent of the state is not needed.
-   logical function lies_between(problem, from, to, before, after, place) result(lies)
+   logical function lies_between(problem, from, to, chord, before, after, place) result(lies)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to, place !! two points of the path and the state in question; `alike` must be true for any
       !! two
+      real(wp), intent(in) :: chord(:, :)       !! (3, nodes) displacement between `from` and `to`, see chord_between
       type(path_tangent_t), intent(in) :: before, after
       type(state_t) :: expected
       real(wp) :: length, along, part, distance, load, weight(3)
-      real(wp), dimension(3, size(from%u, 2)) :: chord, way
+      real(wp) :: way(3, size(from%u, 2))
       lies = .true.
-      chord = chord_between(problem, from, to)
       length = sqrt(metric(problem, chord, chord))
       if (length <= no_motion) return
       way = chord_between(problem, from, place)

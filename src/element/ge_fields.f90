@@ -19,7 +19,7 @@ contains
       type(ge_data_t), intent(in) :: element
       real(wp), intent(out) :: first(3), second(3) !! (n_x, n_y, m) at the first and at the second end
       type(inner_forces_t), intent(in), optional :: inner
-      real(wp), intent(in), optional :: rho(:, :) !! (2, at least stages) result of ge_directions, if it is known
+      real(wp), intent(in), optional :: rho(2, max_stages) !! (2, stages) result of ge_directions, if it is known
       real(wp) :: span(2)
       integer :: q
       first = element%z(1:3)
@@ -52,7 +52,7 @@ contains
    pure subroutine ge_between(tab, element, rho, tau, span, resultant)
       type(tableau_t), intent(in) :: tab
       type(ge_data_t), intent(in) :: element
-      real(wp), intent(in) :: rho(:, :)        !! (2, at least stages) directions rho at the stages, from ge_directions
+      real(wp), intent(in) :: rho(2, max_stages) !! (2, stages) directions rho at the stages, from ge_directions
       real(wp), intent(in) :: tau              !! place in the element, 0 to 1 of its stress-free length
       real(wp), intent(out) :: span(2)         !! deformed position minus deformed position of the first node
       real(wp), intent(out) :: resultant(3)    !! (n_x, n_y, m) at the place
@@ -65,7 +65,7 @@ contains
    pure subroutine sum_part(tab, element, rho, weight, span, resultant)
       type(tableau_t), intent(in) :: tab
       type(ge_data_t), intent(in) :: element
-      real(wp), intent(in) :: rho(:, :)
+      real(wp), intent(in) :: rho(2, max_stages)
       real(wp), intent(in) :: weight(max_stages) !! (stages) quadrature weights of this part of the element
       real(wp), intent(out) :: span(2), resultant(3)
       real(wp) :: nn(2), rate(2), pressure, step(2), scaled
@@ -84,8 +84,17 @@ contains
          span = span + step
          resultant(3) = resultant(3) - (step(1) * nn(2) - step(2) * nn(1))
          pressure = element%load%pressure
-         if (graded) pressure = pressure + scaled * dot_product(element%load%gradient, matmul(rho(:, :s), tab%a(i, :s)))
+         if (graded) pressure = pressure + scaled * dot_product(element%load%gradient, way_to(i))
          resultant(1:2) = resultant(1:2) - pressure * [-step(2), step(1)]
       end do
+
+   contains
+
+      !> Position of a stage relative to the first node, over the length and C.
+      pure function way_to(i) result(way)
+         integer, intent(in) :: i
+         real(wp) :: way(2)
+         way = matmul(rho(:, :s), tab%a(i, :s))
+      end function way_to
    end subroutine sum_part
 end module ge_fields

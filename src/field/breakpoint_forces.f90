@@ -45,7 +45,7 @@ contains
       integer :: side, e
       track = node_track(problem, state, candidate)
       force = 0.0_wp
-      if (stands(problem, state, candidate)) return
+      if (.not. may_react(problem, candidate, [-track%tangent(2), track%tangent(1)])) return
       sense = track_sense(problem, state, candidate, track)
       force = state%reaction(candidate)
       do side = 1, 2

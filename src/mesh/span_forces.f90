@@ -22,26 +22,29 @@ contains
 
    !> For each contact and obstacle: resultant of the contact forces on the structure (x, y) and sum of the normal forces. For each
    !> obstacle: moment of all its forces about the point `middle`.
-   subroutine span_totals(problem, state, middle, total, moment)
+   subroutine span_totals(problem, state, middle, total, moment, push)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: middle(2)         !! reference point of the moments
       real(wp), intent(out) :: total(:, :, :)   !! (3, contacts, obstacles) force in x, force in y, sum of normal forces
       real(wp), intent(out) :: moment(:)        !! (obstacles) moment, > 0 anticlockwise
-      real(wp) :: x(2), force(3), turn, push, gap, normal(2), bend
+      real(wp), intent(out) :: push(:) !! (candidates) concentrated forces, from end_force; 0 for candidates that are at no end of a
+      !! contact span
+      real(wp) :: x(2), force(3), turn, gap, normal(2), bend
       type(rolled_t) :: roll
       integer :: c, e
       total = 0.0_wp
       moment = 0.0_wp
+      push = 0.0_wp
       do c = 1, problem%candidates%n
          if (problem%candidates%contact_span(c) == 0) cycle
-         push = end_force(problem, state, c)
+         push(c) = end_force(problem, state, c)
          call candidate_gap(problem, state, c, gap, normal, bend)
          roll = rolled(problem, state, c)
          x = node_position(state, problem%candidates%node(c)) + roll%arm - middle
          associate (sums => total(:, problem%candidates%contact(c), problem%candidates%obstacle(c)))
             if (abs(roll%way) > 0.0_wp) normal = roll%normal
-            force = push * [normal, 1.0_wp]
+            force = push(c) * [normal, 1.0_wp]
             if (problem%candidates%moves(c)) force(1:2) = end_balance_force(problem, state, c)
             sums = sums + force
             moment(problem%candidates%obstacle(c)) = moment(problem%candidates%obstacle(c)) + (x(1) * force(2) - x(2) * force(1))

@@ -2,7 +2,7 @@
 !> and one contact candidate for each node in contact.
 module span_problem
    use kinds, only: wp
-   use problem, only: problem_t, copy_problem, remeshed_problem, mesh_sampled, mesh_of_marks, mesh_of_spans
+   use problem, only: problem_t, remeshed_problem, mesh_sampled, mesh_of_marks, mesh_of_spans
    use rod_state, only: state_t
    use mesh_density, only: position_rounding
    use remeshed_model, only: division_t
@@ -91,7 +91,7 @@ contains
       type(cut_t), intent(in) :: cut(:)              !! interface points, sorted along the rods
       type(division_t), intent(in) :: division(:)    !! (rod segments) coordinates of the mesh nodes along the segment
       type(problem_t), intent(out) :: problem
-      problem = remeshed_problem(with_spans(base, .true.), division)
+      problem = remeshed_problem(base, division, spans=.true.)
       problem%contact_span = contact_span
       call add_span_candidates(problem, division)
       call add_marks(problem, cut, division)
@@ -106,7 +106,7 @@ contains
       type(problem_t), intent(in) :: base            !! problem on the deck's mesh
       type(contact_span_t), intent(in), optional :: contact_span(:) !! contact spans at whose ends the mesh must have nodes
       type(problem_t) :: problem
-      problem = remeshed_problem(with_spans(base, .false.), sampled_division(base, contact_span))
+      problem = remeshed_problem(base, sampled_division(base, contact_span), spans=.false.)
       problem%mesh_kind = mesh_sampled
    end function new_sampled_problem
 
@@ -140,13 +140,4 @@ contains
          end associate
       end do
    end function chain_starts
-
-   !> Copy of a problem in which the deck's contacts are represented by contact spans (`spans` true) or by contact at nodes.
-   function with_spans(base, spans) result(problem)
-      type(problem_t), intent(in) :: base
-      logical, intent(in) :: spans
-      type(problem_t) :: problem
-      call copy_problem(base, problem)
-      problem%deck%contact%spans = problem%deck%contact%along .and. spans
-   end function with_spans
 end module span_problem

@@ -36,7 +36,8 @@ contains
       integer, intent(in) :: obstacle
       integer, intent(in) :: component           !! 1: force in x, 2: force in y, 3: sum of normal forces
       real(wp) :: pushed(3, size(problem%model%contact), size(problem%model%obstacle)), moment(size(problem%model%obstacle))
-      call span_totals(problem, state, [0.0_wp, 0.0_wp], pushed, moment)
+      real(wp) :: push(problem%candidates%n)
+      call span_totals(problem, state, [0.0_wp, 0.0_wp], pushed, moment, push)
       total = sum(pushed(component, :, obstacle))
    end function span_force_sum
 

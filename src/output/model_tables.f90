@@ -2,7 +2,7 @@
 module model_tables
    use kinds, only: wp
    use text, only: to_text
-   use rod_geometry, only: geometry_t, new_geometry
+   use rod_geometry, only: geometry_t
    use rod_samples, only: add_line_loads
    use gauss_tableau, only: max_stages
    use model, only: model_t, step_t, supports
@@ -53,12 +53,11 @@ contains
    end subroutine put_some
 
    !> Writes the group /loads, one group for each step: the loads that the step's load factor multiplies, without zeros.
-   subroutine write_loads(file, model)
+   subroutine write_loads(file, model, home)
       type(result_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
-      type(geometry_t) :: home
+      type(geometry_t), intent(in) :: home     !! geometry of the model
       integer :: i
-      home = new_geometry(model)
       call put_group(file, '/loads')
       do i = 1, size(model%step)
          call write_step_loads(file, model, home, model%step(i), '/loads/'//to_text(i))

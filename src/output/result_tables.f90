@@ -9,7 +9,7 @@ module result_tables
    use obstacle_curve, only: curve_samples
    use obstacle_geometry, only: obstacle_gap
    use element_families, only: follows_curves
-   use rod_geometry, only: geometry_t, new_geometry
+   use rod_geometry, only: geometry_t
    use cross_section, only: section_t
    use rod_samples, only: middle_section
    use candidates, only: candidates_t, new_candidates
@@ -45,10 +45,10 @@ contains
    end subroutine write_root
 
    !> Writes nodes and elements.
-   subroutine write_mesh(file, model)
+   subroutine write_mesh(file, model, home)
       type(result_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
-      type(geometry_t) :: home
+      type(geometry_t), intent(in) :: home     !! geometry of the model
       type(section_t) :: section(model%mesh%n_elements)
       integer :: i
       call put_group(file, '/mesh')
@@ -57,7 +57,6 @@ contains
          & 'rows of coordinates (from 0) of the first and second node of every element')
       call put_data(file, '/mesh/node_label', data_of(model%mesh%node_label), '1', 'node numbers of the deck')
       call put_data(file, '/mesh/element_label', data_of(model%mesh%element_label), '1', 'element numbers of the deck')
-      home = new_geometry(model)
       do i = 1, model%mesh%n_elements
          section(i) = middle_section(model, home, i)
       end do
@@ -178,13 +177,14 @@ contains
    end subroutine write_stops
 
    !> Writes the candidates for contact and their obstacles.
-   subroutine write_candidates(file, model)
+   subroutine write_candidates(file, model, home)
       type(result_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
+      type(geometry_t), intent(in) :: home     !! geometry of the model
       real(wp), allocatable :: along(:), round(:)
       integer :: i, k
       call put_group(file, '/contact')
-      call measure_contacts(model, along, round)
+      call measure_contacts(model, home, along, round)
       associate (contact => model%contact)
          call put_data(file, '/contact/candidates', &
             & data_of([(model%mesh%node_label(contact(i)%node), i=1, size(contact))]), '1', &
@@ -203,15 +203,14 @@ contains
    end subroutine write_candidates
 
    !> Arc lengths of the candidates along their contacts, in the order of the file.
-   subroutine measure_contacts(model, along, round)
+   subroutine measure_contacts(model, home, along, round)
       type(model_t), intent(in) :: model
+      type(geometry_t), intent(in) :: home     !! geometry of the model
       real(wp), allocatable, intent(out) :: along(:) !! (candidates) stress-free arc length from the start of the contact
       real(wp), allocatable, intent(out) :: round(:) !! (contacts) length of a closed chain, 0: open
-      type(geometry_t) :: home
       type(candidates_t) :: list
       logical, parameter :: distributed(2) = [.false., .true.]
       integer :: i
-      home = new_geometry(model)
       allocate (along(sum([(size(model%contact(i)%node), i=1, size(model%contact))])))
       allocate (round(size(model%contact)), source=0.0_wp)
       do i = 1, 2

@@ -10,6 +10,7 @@ module results
    use model, only: model_t
    use path_record, only: record_t, point_t, critical_t, branch_start_t, buckling_t, limit_point_t
    use run_accuracy, only: accuracy_t
+   use rod_geometry, only: geometry_t, new_geometry
    use result_tables, only: write_root, write_mesh, write_obstacles, write_candidates, write_branch, &
       & branch_group, write_buckling, write_performance, write_accuracy
    use model_tables, only: write_supports, write_loads, write_sets
@@ -62,6 +63,7 @@ contains
       logical, intent(in), optional :: force      !! true: any file of this name is replaced; default: false
       type(restart_t), intent(inout), optional :: restart !! checkpoint that the file continues, whose items move into the file;
       !! default: none
+      type(geometry_t) :: home
       integer(i8) :: rate
       logical :: goes_on
       results%model = model
@@ -70,12 +72,13 @@ contains
       if (present(restart)) goes_on = restart%kind > 0
       if (goes_on) call continue_tables(results%file, restart%items, restart%tables, restart%rows)
       call write_root(results%file, model, deck, version)
-      call write_mesh(results%file, model)
+      home = new_geometry(model)
+      call write_mesh(results%file, model, home)
       if (size(model%obstacle) > 0) call write_obstacles(results%file, model)
       call write_supports(results%file, model)
-      call write_loads(results%file, model)
+      call write_loads(results%file, model, home)
       call write_sets(results%file, model)
-      if (size(model%contact) > 0) call write_candidates(results%file, model)
+      if (size(model%contact) > 0) call write_candidates(results%file, model, home)
       call open_path_series(results%path(0), results%file, model, '')
       call open_limit_series(results%limit_curves, results%file, model)
       if (any(model%step%n_modes > 0)) call put_group(results%file, '/buckling')

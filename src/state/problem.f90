@@ -155,20 +155,24 @@ contains
    end function new_problem
 
    !> Problem on another mesh; step, constant loads, overlaps and metric are those of `problem`.
-   function remeshed_problem(problem, division) result(new)
+   function remeshed_problem(problem, division, spans) result(new)
       type(problem_t), intent(in) :: problem
       type(division_t), intent(in) :: division(:)   !! (rod segments) divisions, as new_remeshed_model requires
+      logical, intent(in), optional :: spans !! true: the deck's contacts are represented by contact spans; false: by contact at
+      !! nodes; absent: as in `problem`
       type(problem_t) :: new
       integer, allocatable :: node(:)
       integer :: e, i, j
       new%deck = problem%deck
+      if (present(spans)) new%deck%contact%spans = new%deck%contact%along .and. spans
       new%layout = problem%layout
+      new%tableau = problem%tableau
       new%demand = problem%demand
       if (allocated(problem%chain_start)) new%chain_start = problem%chain_start
       if (allocated(problem%covered)) new%covered = problem%covered
       allocate (new%contact_span(0), new%hinge(0), new%mark(0))
       new%deck_mesh = .false.
-      new%model = new_remeshed_model(problem%deck, problem%layout, division)
+      new%model = new_remeshed_model(new%deck, problem%layout, division)
       associate (mesh => new%model%mesh)
          new%along = [(e, e=1, mesh%n_elements)]
          allocate (new%rod_segment(mesh%n_elements), new%origin(mesh%n_elements))
@@ -243,7 +247,7 @@ contains
          problem%ties = new_tie_pattern(model%tie, carriers(model), touching(model, carriers(model)))
          problem%numbering = new_numbering(model%mesh, any(model%fixed, 1), &
             & coupled_pairs(model%mesh, problem%ties, model%joint_spring))
-         problem%tableau = [(new_tableau(i), i=1, max_stages)]
+         if (problem%tableau(1)%stages == 0) problem%tableau = [(new_tableau(i), i=1, max_stages)]
          home = new_geometry(model)
          problem%candidates = new_candidates(model, home, distributed=.false.)
          problem%coupling = new_coupling(model, problem%candidates, home)

@@ -1,8 +1,7 @@
 !> Resultants of the loads of each step: sum of the forces and moment about the origin.
 module load_sums
    use kinds, only: wp
-   use model, only: model_t
-   use problem, only: problem_t, new_problem
+   use problem, only: problem_t, copy_problem
    use rod_state, only: state_t, new_state, node_position
    use node_loads, only: node_push_t, dead_node_load, node_pushes
    use rod_load_sum, only: load_on_rod
@@ -16,31 +15,31 @@ contains
 
    !> Resultants for each step: force in x and y, and moment about the origin (> 0 anticlockwise) of the step's own loads at load
    !> factor 1 on the stress-free structure. Thermal strains and prescribed displacements of supports or obstacles are not included.
-   function step_load_sums(model) result(total)
-      type(model_t), intent(in) :: model           !! model of the deck
-      real(wp) :: total(3, size(model%step))
+   function step_load_sums(given) result(total)
+      type(problem_t), intent(in) :: given         !! problem on the deck's mesh
+      real(wp) :: total(3, size(given%model%step))
       type(problem_t) :: problem
       type(state_t) :: state
       type(node_push_t), allocatable :: push(:)
       real(wp) :: force(3), rate(3), size_of(3), reach
       integer :: k, e, i, node
       total = 0.0_wp
-      if (size(model%step) == 0) return
-      problem = new_problem(model)
+      if (size(given%model%step) == 0) return
+      call copy_problem(given, problem)
       state = new_state(problem)
       state%load_factor = 1.0_wp
-      reach = maxval(norm2(model%mesh%x, 1))
-      do k = 1, size(model%step)
+      reach = maxval(norm2(problem%model%mesh%x, 1))
+      do k = 1, size(problem%model%step)
          problem%step = k
          size_of = 0.0_wp
          associate (load => problem%model%step(k)%load)
             load%strain = 0.0_wp
             load%curvature = 0.0_wp
          end associate
-         do e = 1, model%mesh%n_elements
+         do e = 1, problem%model%mesh%n_elements
             call take(load_on_rod(problem, state, e, [0.0_wp, 0.0_wp]))
          end do
-         do node = 1, model%mesh%n_nodes
+         do node = 1, problem%model%mesh%n_nodes
             call dead_node_load(problem, state, node, force, rate)
             call add(node, force)
          end do

@@ -61,7 +61,7 @@ contains
       call locate_by_function(problem, step, run, trial, division, located_event)
       if (.not. located_event%located) return
       if (division%smooth) then
-         located_event%located = satisfies_definition(problem, step, run, trial, located_event)
+         located_event%located = satisfies_definition(problem, step, run, trial, division%chord, located_event)
          ! After a line contact has just become a point contact the load may be constant: its rate then changes sign by rounding
          ! only.
          if (located_event%event%kind == event_limit .and. run%since_change%shrunk .and. .not. located_event%located) &
@@ -97,7 +97,8 @@ contains
             & exact=problem%model%step(problem%step)%locate_tolerance)
          if (.not. report%converged) return
          if (.not. alike(problem, from%state, here%state)) return
-         if (.not. lies_between(problem, from%state, trial%state, from%tangent, trial%tangent, here%state)) return
+         if (.not. lies_between(problem, from%state, trial%state, division%chord, from%tangent, trial%tangent, &
+            & here%state)) return
          here%tangent = path_tangent_of(problem, run, here)
          call evaluate_tests(problem, here)
          located_event%point = here
@@ -335,14 +336,15 @@ contains
 
    !> True if the located state lies on the path between both ends of the increment and, for a limit point, its load is not below
    !> (maximum) or above (minimum) the loads of both ends.
-   logical function satisfies_definition(problem, step, run, trial, located_event) result(right)
+   logical function satisfies_definition(problem, step, run, trial, chord, located_event) result(right)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
+      real(wp), intent(in) :: chord(:, :)          !! (3, nodes) from chord_between, for both ends of the increment
       type(located_event_t), intent(in) :: located_event
       right = run%fresh .or. .not. alike(problem, run%last%state, located_event%point%state)
-      if (.not. right) right = lies_between(problem, run%last%state, trial%state, run%last%tangent, trial%tangent, &
+      if (.not. right) right = lies_between(problem, run%last%state, trial%state, chord, run%last%tangent, trial%tangent, &
          & located_event%point%state)
       if (located_event%event%kind == event_limit) right = right .and. is_extreme(step, run%last%state%load_factor, &
          & trial%state%load_factor, located_event)

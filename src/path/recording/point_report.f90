@@ -81,7 +81,11 @@ contains
          end if
          if (step%field_every == 0) return
          if (mod(number, step%field_every) /= 0 .and. label == '') return
-         u = deck_displacements(problem, state, [(c, c=1, problem%deck%mesh%n_nodes)])
+         if (allocated(spans%u)) then
+            u = spans%u
+         else
+            u = deck_displacements(problem, state, [(c, c=1, problem%deck%mesh%n_nodes)])
+         end if
          if (step%field_displacement) then
             point%displacement = u
             ! An imperfection at the start is part of the displacement, which is measured from the coordinates in the deck.
