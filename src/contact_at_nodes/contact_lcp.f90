@@ -86,7 +86,7 @@ contains
       !> Change of a candidate's variable w caused by a unit of z of the candidate to which the column belongs.
       real(wp) function response(candidate, x, y, force)
          integer, intent(in) :: candidate
-         real(wp), intent(in) :: x(:), y, force(:)
+         real(wp), intent(in) :: x(system%n), y, force(system%n)
          if (problem%coupling%entry(candidate) > 0) then
             response = merge(reaction(candidate), gap(candidate), state%active(candidate))
          else if (state%active(candidate) .and. system%unknown(candidate) > 0) then

@@ -22,7 +22,7 @@ contains
    subroutine predict_contact(problem, system, x, y, active, given, force, gap, reaction)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: x(:), y !! increments of the unknowns (n), node axes, and of the load factor
+      real(wp), intent(in) :: x(system%n), y !! increments of the unknowns, node axes, and of the load factor
       logical, intent(in) :: active(:) !! (candidates) true: in contact
       real(wp), intent(in) :: given(:) !! (candidates) prescribed openings of active candidates and reactions of open candidates
       real(wp), intent(in) :: force(:) !! (n) forces on the nodes caused by the prescribed values; rigid contacts may carry a part
@@ -64,7 +64,7 @@ contains
    pure real(wp) function reaction_change(system, candidate, x, y)
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: x(:), y !! increments of the unknowns (n), node axes, and of the load factor
+      real(wp), intent(in) :: x(system%n), y !! increments of the unknowns, node axes, and of the load factor
       integer :: p
       reaction_change = force_change(candidate) / system%slope(candidate)
       p = system%partner(candidate)

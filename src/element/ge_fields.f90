@@ -5,7 +5,7 @@ module ge_fields
    use gauss_tableau, only: tableau_t, max_stages, stage_basis
    use rod_load, only: sum_line
    use ge_data, only: ge_data_t
-   use ge_stages, only: ge_directions, stage_force
+   use ge_stages, only: ge_directions, find_stage_force
    use inner_forces, only: inner_forces_t
    implicit none
    private
@@ -80,7 +80,7 @@ contains
       resultant(1:2) = resultant(1:2) - element%g%length * nn
       do i = 1, s
          step = (scaled * weight(i)) * rho(:, i)
-         nn = stage_force(tab, element, i)
+         call find_stage_force(tab, element, i, nn)
          span = span + step
          resultant(3) = resultant(3) - (step(1) * nn(2) - step(2) * nn(1))
          pressure = element%load%pressure

@@ -7,7 +7,7 @@ module ge_stages
    use ge_data, only: ge_data_t
    implicit none
    private
-   public :: ge_stages_t, find_stages, press_section, stage_force, ge_directions, ge_direction_changes, ge_direction_rates
+   public :: ge_stages_t, find_stages, press_section, find_stage_force, ge_directions, ge_direction_changes, ge_direction_rates
 
    !> Values at the stages of one element in one state. rho is r'/C, g is m'/C.
    type :: ge_stages_t
@@ -147,12 +147,13 @@ contains
       end do
    end subroutine press_section
 
-   !> Force n at a stage.
-   pure function stage_force(tab, element, i) result(nn)
+   !> Finds the force n at a stage.
+   pure subroutine find_stage_force(tab, element, i, nn)
       type(tableau_t), intent(in) :: tab
       type(ge_data_t), intent(in) :: element
       integer, intent(in) :: i
-      real(wp) :: nn(2), rate(2)
+      real(wp), intent(out) :: nn(2)
+      real(wp) :: rate(2)
       associate (s => tab%stages, z => element%z)
          if (element%unknowns > 3 + s) then
             nn = z(2 + s + 2 * i:3 + s + 2 * i)
@@ -161,7 +162,7 @@ contains
             nn = z(1:2) - element%g%length * nn
          end if
       end associate
-   end function stage_force
+   end subroutine find_stage_force
 
    !> rho at the stages: derivative of the position by the stress-free arc length, divided by C.
    pure function ge_directions(tab, element) result(rho)
@@ -179,14 +180,15 @@ contains
       type(tableau_t), intent(in) :: tab
       type(ge_data_t), intent(in) :: element
       real(wp) :: change(2, max_stages)        !! (2, stages) only the element's stages are set
-      real(wp) :: phi, t(2), axial, shear
+      real(wp) :: phi, nn(2), t(2), axial, shear
       integer :: i
       associate (s => tab%stages, h => element%g%length, compliance => element%compliance, &
          & load => element%load)
          do i = 1, s
             phi = element%u(3) + h * compliance%bending * dot_product(tab%a(i, :s) * compliance%part(2, :s), element%z(4:3 + s)) + &
                & (tab%c(i) * h) * load%curvature
-            call turn_section(phi, element%g%tangent(:, i), stage_force(tab, element, i), load%strain, &
+            call find_stage_force(tab, element, i, nn)
+            call turn_section(phi, element%g%tangent(:, i), nn, load%strain, &
                & compliance%axial * compliance%part(1, i), compliance%shear * compliance%part(3, i), t, axial, shear, change(:, i))
          end do
       end associate

@@ -126,7 +126,7 @@ contains
    pure real(wp) function row_product(band, i, x) result(product)
       type(band_t), intent(in) :: band
       integer, intent(in) :: i
-      real(wp), intent(in) :: x(:)     !! (n)
+      real(wp), intent(in) :: x(band%n)
       integer :: j
       product = 0.0_wp
       do j = max(1, i - band%kd), i

@@ -80,7 +80,7 @@ contains
    pure real(wp) function held_force_change(system, d, x, y) result(change)
       type(system_t), intent(in) :: system     !! factored
       integer, intent(in) :: d                 !! index of the unknown
-      real(wp), intent(in) :: x(:)             !! (n) increments of the unknowns, node axes
+      real(wp), intent(in) :: x(system%n)      !! increments of the unknowns, node axes
       real(wp), intent(in) :: y
       change = row_times(system, d, x) - system%tangent_load(d) * y
    end function held_force_change

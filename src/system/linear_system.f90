@@ -232,7 +232,7 @@ contains
    pure real(wp) function row_times(system, i, x)
       type(system_t), intent(in) :: system
       integer, intent(in) :: i
-      real(wp), intent(in) :: x(:)
+      real(wp), intent(in) :: x(system%n)
       row_times = row_product(system%k, i, x)
       if (system%coupling%n > 0) row_times = row_times - excess_row(system%coupling, i, x)
    end function row_times
