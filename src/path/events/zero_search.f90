@@ -46,96 +46,111 @@ contains
       type(division_t), intent(inout) :: division
       type(zero_search_t), intent(inout) :: search !! in: its bracket is given
       type(located_event_t), intent(inout) :: located_event !! out: point and fraction are set, also if the zero was not located to
-      !! the tolerance
+      !! the tolerance; its report is that of the point corrected last
       logical, intent(out) :: found                         !! true: the zero was located to the tolerance
       type(bracket_t) :: whole
       whole = search%bracket
       found = .false.
-      if (located_event%event%kind /= event_bifurcation) &
-         & call close_in(problem, step, run, trial, division, search, located_event, found)
+      if (located_event%event%kind /= event_bifurcation) call close_in()
       if (found) return
       search%bracket = whole
-      call narrow_bracket(problem, run, trial, division, search, located_event, found)
-      if (found) call interpolate_zero(problem, run, trial, division, search, located_event, found)
+      call narrow_bracket()
+      if (found) call interpolate_zero()
+
+   contains
+
+      !> Finds the zero by bracketing alone. When a foundation begins to act, the function may be curved so strongly between the
+      !> samples that the interpolation mistakes the zero for a jump.
+      subroutine close_in()
+         type(path_point_t), allocatable :: look    ! the last point
+         do while (next_guess(search%bracket, epsilon(1.0_wp), search%centre))
+            call evaluate_at(search%centre, look)
+            look = search%here
+            located_event%point = search%here
+            if (.not. search%known) return
+            found = abs(search%value_here) <= step%locate_tolerance * search%bracket%scale
+            if (found) exit
+            call take_value(search%bracket, search%centre, search%value_here)
+         end do
+         if (found) located_event%fraction = search%centre
+      end subroutine close_in
+
+      !> Narrows the bracket to the spacing of the samples. If the corrector fails near the zero, several eigenvalues may vanish
+      !> there; samples around the estimate are then used instead.
+      subroutine narrow_bracket()
+         found = .true.
+         do while (next_guess(search%bracket, reach, search%centre))
+            call evaluate_at(search%centre)
+            found = search%known .or. .not. located_event%report%converged
+            if (.not. search%known .or. abs(search%value_here) <= reach * search%bracket%scale) return
+            call take_value(search%bracket, search%centre, search%value_here)
+         end do
+      end subroutine narrow_bracket
+
+      !> Finds the zero of the cubic through four samples around the estimate, repeated until the estimate moves by less than two
+      !> sample spacings.
+      subroutine interpolate_zero()
+         type(state_t) :: sample(n_samples)
+         real(wp) :: guess
+         integer :: try
+         do try = 1, max_centres
+            guess = search%centre
+            call take_samples(sample)
+            if (.not. found) return
+            found = .not. jumps(search%value)
+            if (.not. found) return
+            search%centre = zero_of_cubic(search%at, search%value)
+            if (abs(search%centre - guess) <= 2.0_wp * reach) exit
+         end do
+         ! The signs of the function at the two ends differ, except for rounding, so that the zero lies between the ends. If the
+         ! load is monotonic, the load at the zero lies between the loads of the ends.
+         found = search%centre >= -reach .and. search%centre <= 1.0_wp + reach
+         if (.not. found) return
+         search%centre = min(max(search%centre, 0.0_wp), 1.0_wp)
+         located_event%fraction = search%centre
+         call state_between(problem, sample, search%at, search%centre, located_event%point%state, located_event%point%tangent)
+         if (.not. run%last%tangent%load * trial%tangent%load > 0.0_wp) return
+         associate (load => located_event%point%state%load_factor, first => run%last%state%load_factor, &
+            & last => trial%state%load_factor)
+            load = min(max(load, min(first, last)), max(first, last))
+         end associate
+      end subroutine interpolate_zero
+
+      !> Computes states of the path around search%centre, and the event function at these states.
+      subroutine take_samples(sample)
+         type(state_t), intent(inout) :: sample(n_samples)
+         type(modes_t) :: modes(n_samples)
+         integer :: k
+         search%at = sample_places(search%centre)
+         do k = 1, n_samples
+            call evaluate_at(search%at(k))
+            search%value(k) = search%value_here
+            sample(k) = search%here%state
+            found = search%known
+            if (.not. found) return
+            if (located_event%event%kind == event_bifurcation) modes(k) = search%modes
+         end do
+         if (located_event%event%kind == event_bifurcation) call follow_through_zero(modes, located_event%event, search%value)
+      end subroutine take_samples
+
+      !> Computes a point of the increment and the event function there. search%known becomes false if the corrector fails or the
+      !> contact set differs from that of the trial.
+      subroutine evaluate_at(fraction, near)
+         real(wp), value :: fraction !! fraction of the increment, 0 to 1. Passed by value, because the actual argument may be a
+         !! component of `search`
+         type(path_point_t), intent(in), optional :: near !! known point of the increment with which the correction starts
+         search%value_here = 0.0_wp
+         call point_within(problem, run, trial, division, fraction, .false., .false., search%here, located_event%report, near)
+         search%known = located_event%report%converged
+         if (search%known) search%known = all(search%here%state%active .eqv. trial%state%active)
+         if (.not. search%known) return
+         if (located_event%event%kind == event_bifurcation) then
+            search%value_here = zero_eigenvalue(problem, located_event%event, search%here, search%modes)
+         else
+            search%value_here = event_value(problem, located_event%event, search%here%state, search%here%test_values)
+         end if
+      end subroutine evaluate_at
    end subroutine find_zero
-
-   !> Narrows the bracket to the spacing of the samples. If the corrector fails near the zero, several eigenvalues may vanish there;
-   !> samples around the estimate are then used instead.
-   subroutine narrow_bracket(problem, run, trial, division, search, located_event, found)
-      type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run
-      type(path_point_t), intent(in) :: trial
-      type(division_t), intent(inout) :: division
-      type(zero_search_t), intent(inout) :: search
-      type(located_event_t), intent(inout) :: located_event
-      logical, intent(out) :: found
-      found = .true.
-      do while (next_guess(search%bracket, reach, search%centre))
-         call evaluate_at(problem, run, trial, division, search%centre, search, located_event)
-         found = search%known .or. .not. located_event%report%converged
-         if (.not. search%known .or. abs(search%value_here) <= reach * search%bracket%scale) return
-         call take_value(search%bracket, search%centre, search%value_here)
-      end do
-   end subroutine narrow_bracket
-
-   !> Finds the zero of the cubic through four samples around the estimate, repeated until the estimate moves by less than two
-   !> sample spacings.
-   subroutine interpolate_zero(problem, run, trial, division, search, located_event, found)
-      type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run
-      type(path_point_t), intent(in) :: trial
-      type(division_t), intent(inout) :: division
-      type(zero_search_t), intent(inout) :: search
-      type(located_event_t), intent(inout) :: located_event
-      logical, intent(out) :: found
-      type(state_t) :: sample(n_samples)
-      real(wp) :: guess
-      integer :: try
-      do try = 1, max_centres
-         guess = search%centre
-         call take_samples(problem, run, trial, division, search, located_event, sample, found)
-         if (.not. found) return
-         found = .not. jumps(search%value)
-         if (.not. found) return
-         search%centre = zero_of_cubic(search%at, search%value)
-         if (abs(search%centre - guess) <= 2.0_wp * reach) exit
-      end do
-      ! The signs of the function at the two ends differ, except for rounding, so that the zero lies between the ends. If the load
-      ! is monotonic, the load at the zero lies between the loads of the ends.
-      found = search%centre >= -reach .and. search%centre <= 1.0_wp + reach
-      if (.not. found) return
-      search%centre = min(max(search%centre, 0.0_wp), 1.0_wp)
-      located_event%fraction = search%centre
-      call state_between(problem, sample, search%at, search%centre, located_event%point%state, &
-         & located_event%point%tangent)
-      if (run%last%tangent%load * trial%tangent%load > 0.0_wp) located_event%point%state%load_factor = &
-         & min(max(located_event%point%state%load_factor, &
-         & min(run%last%state%load_factor, trial%state%load_factor)), max(run%last%state%load_factor, trial%state%load_factor))
-   end subroutine interpolate_zero
-
-   !> Computes states of the path around search%centre, and the event function at these states.
-   subroutine take_samples(problem, run, trial, division, search, located_event, sample, found)
-      type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run
-      type(path_point_t), intent(in) :: trial
-      type(division_t), intent(inout) :: division
-      type(zero_search_t), intent(inout) :: search
-      type(located_event_t), intent(inout) :: located_event
-      type(state_t), intent(inout) :: sample(n_samples)
-      logical, intent(out) :: found
-      type(modes_t) :: modes(n_samples)
-      integer :: k
-      search%at = sample_places(search%centre)
-      do k = 1, n_samples
-         call evaluate_at(problem, run, trial, division, search%at(k), search, located_event)
-         search%value(k) = search%value_here
-         sample(k) = search%here%state
-         found = search%known
-         if (.not. found) return
-         if (located_event%event%kind == event_bifurcation) modes(k) = search%modes
-      end do
-      if (located_event%event%kind == event_bifurcation) call follow_through_zero(modes, located_event%event, search%value)
-   end subroutine take_samples
 
    !> Positions of the four samples: two on each side of the centre. If the centre is next to an end of the increment, all four are
    !> on the other side, at a distance from the zero.
@@ -146,56 +161,6 @@ contains
       if (at(1) < 0.0_wp) at = max(centre, 0.0_wp) + reach * [1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp]
       if (at(n_samples) > 1.0_wp) at = min(centre, 1.0_wp) - reach * [4.0_wp, 3.0_wp, 2.0_wp, 1.0_wp]
    end function sample_places
-
-   !> Finds the zero by bracketing alone. When a foundation begins to act, the function may be curved so strongly between the
-   !> samples that the interpolation mistakes the zero for a jump.
-   subroutine close_in(problem, step, run, trial, division, search, located_event, found)
-      type(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(in) :: run
-      type(path_point_t), intent(in) :: trial
-      type(division_t), intent(inout) :: division
-      type(zero_search_t), intent(inout) :: search
-      type(located_event_t), intent(inout) :: located_event
-      logical, intent(out) :: found
-      type(path_point_t), allocatable :: look    ! the last point
-      found = .false.
-      do while (next_guess(search%bracket, epsilon(1.0_wp), search%centre))
-         call evaluate_at(problem, run, trial, division, search%centre, search, located_event, look)
-         look = search%here
-         located_event%point = search%here
-         if (.not. search%known) return
-         found = abs(search%value_here) <= step%locate_tolerance * search%bracket%scale
-         if (found) exit
-         call take_value(search%bracket, search%centre, search%value_here)
-      end do
-      if (.not. found) return
-      located_event%fraction = search%centre
-   end subroutine close_in
-
-   !> Computes a point of the increment and the event function there. search%known becomes false if the corrector fails or the
-   !> contact set differs from that of the trial.
-   subroutine evaluate_at(problem, run, trial, division, fraction, search, located_event, near)
-      type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run
-      type(path_point_t), intent(in) :: trial
-      type(division_t), intent(inout) :: division
-      real(wp), value :: fraction !! fraction of the increment, 0 to 1. Passed by value, because the actual argument may be a
-      !! component of `search`
-      type(zero_search_t), intent(inout) :: search
-      type(located_event_t), intent(inout) :: located_event !! out: its report is that of the corrected point
-      type(path_point_t), intent(in), optional :: near !! known point of the increment with which the correction starts
-      search%value_here = 0.0_wp
-      call point_within(problem, run, trial, division, fraction, .false., .false., search%here, located_event%report, near)
-      search%known = located_event%report%converged
-      if (search%known) search%known = all(search%here%state%active .eqv. trial%state%active)
-      if (.not. search%known) return
-      if (located_event%event%kind == event_bifurcation) then
-         search%value_here = zero_eigenvalue(problem, located_event%event, search%here, search%modes)
-      else
-         search%value_here = event_value(problem, located_event%event, search%here%state, search%here%test_values)
-      end if
-   end subroutine evaluate_at
 
    !> True if the samples show a jump instead of a zero: the corrector converged to another path that is close.
    pure logical function jumps(value)
