@@ -24,7 +24,7 @@ module smooth_zero
    use located_events, only: located_event_t, note_balance
    use path_point, only: path_point_t, point_at, evaluate_tests
    use path_state, only: path_state_t
-   use bracketing, only: bracket_t, new_bracket
+   use bracketing, only: new_bracket
    implicit none
    private
    public :: locate_smooth
@@ -44,7 +44,7 @@ contains
       located_event%located = .false.
       search%bracket = new_bracket(located_event%event%before, located_event%event%after)
       if (located_event%event%kind == event_bifurcation) then
-         call bracket_eigenvalue(problem, step, run, trial, search%bracket, located_event, decided)
+         call bracket_eigenvalue(decided)
          if (decided) return
       end if
       located_event%event%scale = search%bracket%scale
@@ -61,85 +61,73 @@ contains
       else
          call find_zero(problem, step, run, trial, division, search, located_event, found)
       end if
-      if (found) call bring_to_balance(problem, step, located_event, found)
+      if (found) call bring_to_balance(found)
       if (found) then
          located_event%event%pivots = located_event%point%system%negative_pivots
          ! The event counts as located if the residual of the interpolated state is within tolerance, and the function there is zero
          ! relative to its change over the increment. At the zero of an eigenvalue the test functions of a bifurcation are
          ! undefined; they are therefore evaluated at the samples.
          located_event%located = .true.
-         if (located_event%event%kind == event_bifurcation) call confirm_bifurcation(problem, step, run, trial, search, &
-            & located_event)
+         if (located_event%event%kind == event_bifurcation) call confirm_bifurcation()
       else if (run%since_change%shrunk) then
          call take_beginning(step, run, located_event)
       else if (located_event%event%kind == event_limit .and. .not. located_event%event%meets) then
          call take_nearer_end(problem, step, run, trial, located_event)
       end if
+
+   contains
+
+      !> Computes the event's eigenvalue at both ends of the increment, and places the event at the last point if it vanishes there.
+      subroutine bracket_eigenvalue(decided)
+         logical, intent(out) :: decided !! true: the event was located, or rejected, at an end of the increment: no zero is
+         !! searched for inside
+         real(wp) :: f
+         f = zero_eigenvalue(problem, located_event%event, trial)
+         associate (bracket => search%bracket)
+            bracket = new_bracket(zero_eigenvalue(problem, located_event%event, run%last), f)
+            located_event%event%scale = bracket%scale
+            located_event%later = bracket%f_low * f > 0.0_wp .and. located_event%event%before * f > 0.0_wp
+            decided = located_event%later .or. bracket%f_low * located_event%event%before <= 0.0_wp
+            if (located_event%later .or. .not. decided) return
+            ! The eigenvalue vanishes so close to the last accepted point that the signs of this point's pivots are rounding.
+            call take_beginning(step, run, located_event)
+            located_event%located = located_event%located .or. abs(bracket%f_low) <= sqrt(step%locate_tolerance) * bracket%scale
+         end associate
+      end subroutine bracket_eigenvalue
+
+      !> Completes the point at the interpolated state, and corrects it if its residual is above tolerance. This happens if
+      !> touchdown points move far between the samples. Bifurcations are not corrected (reason: see the header of this module).
+      subroutine bring_to_balance(balanced)
+         logical, intent(out) :: balanced
+         type(path_tangent_t) :: tangent
+         type(control_t) :: plane
+         type(state_t) :: base
+         tangent = located_event%point%tangent
+         associate (point => located_event%point)
+            point = point_at(problem, point%state)
+            point%tangent = tangent
+            balanced = point%system%ok
+            if (.not. balanced) return
+            call note_balance(step, point%system, located_event%report, balanced)
+            if (.not. (balanced .or. located_event%event%kind == event_bifurcation .or. located_event%event%meets)) then
+               base = point%state
+               plane = normal_plane(problem, base, tangent)
+               plane%increment = 0.0_wp
+               call correct(problem, base, plane, .true., point%state, point%system, located_event%report)
+               if (located_event%report%converged) call note_balance(step, point%system, located_event%report, balanced)
+            end if
+            call evaluate_tests(problem, point)
+         end associate
+      end subroutine bring_to_balance
+
+      !> Checks that an eigenvalue is zero at the interpolated state. Also computes the turn of the path tangent per unit force on
+      !> the null vector, which distinguishes a bifurcation from two paths close to each other. The order of vanishing eigenvalues
+      !> is rounding, so that the smallest eigenvalue is checked.
+      subroutine confirm_bifurcation()
+         real(wp) :: f
+         f = zero_eigenvalue(problem, located_event%event, located_event%point, search%modes)
+         located_event%located = minval(abs(search%modes%mu)) <= sqrt(step%locate_tolerance) * search%bracket%scale
+         located_event%tangent_turn = tangent_turn_per_force(search, path_length(problem, run%last%state, trial%state))
+      end subroutine confirm_bifurcation
    end subroutine locate_smooth
-
-   !> Computes the event's eigenvalue at both ends of the increment, and places the event at the last point if it vanishes there.
-   subroutine bracket_eigenvalue(problem, step, run, trial, bracket, located_event, decided)
-      type(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(in) :: run
-      type(path_point_t), intent(in) :: trial
-      type(bracket_t), intent(out) :: bracket
-      type(located_event_t), intent(inout) :: located_event
-      logical, intent(out) :: decided !! true: the event was located, or rejected, at an end of the increment: no zero is searched
-      !! for inside
-      real(wp) :: f
-      f = zero_eigenvalue(problem, located_event%event, trial)
-      bracket = new_bracket(zero_eigenvalue(problem, located_event%event, run%last), f)
-      located_event%event%scale = bracket%scale
-      located_event%later = bracket%f_low * f > 0.0_wp .and. located_event%event%before * f > 0.0_wp
-      decided = located_event%later .or. bracket%f_low * located_event%event%before <= 0.0_wp
-      if (located_event%later .or. .not. decided) return
-      ! The eigenvalue vanishes so close to the last accepted point that the signs of this point's pivots are rounding.
-      call take_beginning(step, run, located_event)
-      located_event%located = located_event%located .or. abs(bracket%f_low) <= sqrt(step%locate_tolerance) * bracket%scale
-   end subroutine bracket_eigenvalue
-
-   !> Corrects the interpolated state if its residual is above tolerance. This happens if touchdown points move far between the
-   !> samples. Bifurcations are not corrected (reason: see the header of this module).
-   subroutine bring_to_balance(problem, step, located_event, balanced)
-      type(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step
-      type(located_event_t), intent(inout) :: located_event !! in: its point has state and tangent; out: the point is complete
-      logical, intent(out) :: balanced
-      type(path_tangent_t) :: tangent
-      type(control_t) :: hold
-      type(state_t) :: base
-      tangent = located_event%point%tangent
-      associate (point => located_event%point)
-         point = point_at(problem, point%state)
-         point%tangent = tangent
-         balanced = point%system%ok
-         if (.not. balanced) return
-         call note_balance(step, point%system, located_event%report, balanced)
-         if (.not. (balanced .or. located_event%event%kind == event_bifurcation .or. located_event%event%meets)) then
-            base = point%state
-            hold = normal_plane(problem, base, tangent)
-            hold%increment = 0.0_wp
-            call correct(problem, base, hold, .true., point%state, point%system, located_event%report)
-            if (located_event%report%converged) call note_balance(step, point%system, located_event%report, balanced)
-         end if
-         call evaluate_tests(problem, point)
-      end associate
-   end subroutine bring_to_balance
-
-   !> Checks that an eigenvalue is zero at the interpolated state. Also computes the turn of the path tangent per unit force on the
-   !> null vector, which distinguishes a bifurcation from two paths close to each other. The order of vanishing eigenvalues is
-   !> rounding, so that the smallest eigenvalue is checked.
-   subroutine confirm_bifurcation(problem, step, run, trial, search, located_event)
-      type(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(in) :: run
-      type(path_point_t), intent(in) :: trial
-      type(zero_search_t), intent(inout) :: search
-      type(located_event_t), intent(inout) :: located_event !! out: located and tangent_turn are set
-      real(wp) :: f
-      f = zero_eigenvalue(problem, located_event%event, located_event%point, search%modes)
-      located_event%located = minval(abs(search%modes%mu)) <= sqrt(step%locate_tolerance) * search%bracket%scale
-      located_event%tangent_turn = tangent_turn_per_force(search, path_length(problem, run%last%state, trial%state))
-   end subroutine confirm_bifurcation
 end module smooth_zero
