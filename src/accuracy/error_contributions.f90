@@ -135,7 +135,7 @@ contains
          shares%known(row) = .true.
          ! The residual left by Newton's method is not an error of any element.
          shares%rest(row) = dot_product(total, merge(0.0_wp, system%residual, system%fixed))
-         ! For numbers that depend on points inside elements, `change` already contains the defect of the elements.
+         ! For numbers that depend on points inside elements, `change` contains the residuals inside elements.
          if (.not. (allocated(number%inner) .or. allocated(number%section))) shares%rest(row) = shares%rest(row) + number%defect
          shares%sum(row) = sum(share) + shares%rest(row) + change + direct
          shares%size(row) = sum(abs(share)) + abs(shares%rest(row) + change + direct)

@@ -82,10 +82,10 @@ contains
 
       !> Classifies a place in an element. If elements without certain contact lie between two places of certain contact, they may
       !> have opened.
-      subroutine classify(value, doubt)
+      subroutine classify(value, uncertainty)
          real(wp), intent(in) :: value           !! gap at the place
-         real(wp), intent(in) :: doubt           !! uncertainty of the gap
-         if (value < -doubt) then
+         real(wp), intent(in) :: uncertainty           !! largest error of the gap
+         if (value < -uncertainty) then
             doubtful(waiting(:n_waiting)) = .true.
             call clear_waiting()
             certain = .true.

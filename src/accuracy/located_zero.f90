@@ -153,7 +153,7 @@ contains
    !> Difference of the event function between the enriched problem and the original one, without the part caused by nodal values.
    !> Only events of foundations have such a difference: their smallest gap lies inside an element and is only as accurate as the
    !> polynomial of the element.
-   subroutine between_nodes(problem, zero, state, system, load_rate, finer, there, value, element, part, most, doubt)
+   subroutine between_nodes(problem, zero, state, system, load_rate, finer, there, value, element, part, most, interpolation)
       type(problem_t), intent(in) :: problem, finer
       type(zero_t), intent(in) :: zero
       type(state_t), intent(in) :: state         !! located state of the event
@@ -164,7 +164,7 @@ contains
       integer, intent(out) :: element            !! element that contains the smallest gap; 0: none
       real(wp), intent(out) :: part              !! the difference
       real(wp), intent(out) :: most              !! bound of the difference at the smallest gap's distance from the nodes
-      real(wp), intent(out) :: doubt             !! interpolation error of both rod profiles at the smallest gap
+      real(wp), intent(out) :: interpolation             !! interpolation error of both rod profiles at the smallest gap
       type(element_gap_t) :: gap(2)
       real(wp) :: tau, factor
       integer :: j
@@ -172,7 +172,7 @@ contains
       element = 0
       part = 0.0_wp
       most = 0.0_wp
-      doubt = 0.0_wp
+      interpolation = 0.0_wp
       if (.not. is_on_ground(zero)) return
       call ground_event_place(finer, there, zero%event%ground, candidate, tau, factor)
       if (candidate == 0) return
@@ -182,7 +182,7 @@ contains
       part = value - zero_value(problem, zero, state, system, load_rate) + along(tau) * factor
       ! At the nodes the profile has no interpolation error.
       most = 4.0_wp * tau * (1.0_wp - tau) * maxval([(abs(gap_change(0.125_wp * j) - along(0.125_wp * j)), j=1, 7)]) * factor
-      if (gap(1)%profile%mended) doubt = (4.0_wp * tau * (1.0_wp - tau))**4 * &
+      if (gap(1)%profile%mended) interpolation = (4.0_wp * tau * (1.0_wp - tau))**4 * &
          & max(profile_error(gap(1)%profile), profile_error(gap(2)%profile)) * factor
 
    contains

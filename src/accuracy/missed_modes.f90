@@ -45,7 +45,7 @@ contains
    end function unstable_difference
 
    !> True if the discretisation error of the eigenvalue nearest to zero is as large as the eigenvalue: its sign is uncertain.
-   logical function sign_uncertain(problem, state, system, path, point) result(doubt)
+   logical function sign_uncertain(problem, state, system, path, point) result(uncertain)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! factored at `state`
@@ -55,7 +55,7 @@ contains
       type(error_t), allocatable :: error
       type(zero_t) :: zero
       real(wp) :: held(system%n), answer(system%n), finer
-      doubt = .false.
+      uncertain = .false.
       if (size(problem%hinge) > 0) return
       if (.not. points_comparable(problem, state, path%problem, point%state)) return
       call lowest_modes(problem, state, system, 1, modes, error)
@@ -63,8 +63,8 @@ contains
       held = merge(0.0_wp, modes%x(:, 1), system%fixed)
       call apply_tangent(path%problem, point%state, point%system, held, answer, finer)
       zero%modes = modes%x(:, :1)
-      doubt = abs(finer - modes%mu(1)) > abs(finer)
-      if (doubt) doubt = abs(modes%mu(1)) > beyond_rounding * mode_rounding(problem, state, system, zero)
+      uncertain = abs(finer - modes%mu(1)) > abs(finer)
+      if (uncertain) uncertain = abs(modes%mu(1)) > beyond_rounding * mode_rounding(problem, state, system, zero)
    end function sign_uncertain
 
    !> Lower bound of the number of unstable directions that no pivot counts: buckling modes of elements between fixed nodes

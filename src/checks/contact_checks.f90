@@ -148,7 +148,7 @@ contains
    end function least_push
 
    !> Interpolation error of the position between nodes; a penetration below this error is not counted.
-   real(wp) function place_error(problem, state, e, tau, profile) result(doubt)
+   real(wp) function place_error(problem, state, e, tau, profile) result(error)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
@@ -158,7 +158,7 @@ contains
          profile = new_profile(problem, state, e)
          if (problem%conforms(e) == 0) call mend_ends(problem, state, profile, 2)
       end if
-      doubt = profile_error_bound(profile, tau)
+      error = profile_error_bound(profile, tau)
    end function place_error
 
    !> Checks signs, complementarity and laws of contact at nodes, and adds the forces of this contact to the balances.

@@ -117,7 +117,7 @@ contains
             ! A minimum next to a contact span may be a discretisation error: the penetration must exceed the interpolation error.
             ! Where the gap does not rise between the contact and the minimum, it must exceed this error by more than rounding.
             error = 0.0_wp
-            if (place < counts(1) .or. place > counts(2)) error = doubt(problem, state, profile, line, place)
+            if (place < counts(1) .or. place > counts(2)) error = gap_error_bound(problem, state, profile, line, place)
             tops = [merge(maxval(gap(:i)), huge(value), line%touches(1)), merge(maxval(gap(i:)), huge(value), line%touches(2))]
             if (minval(tops) <= rounding_gap(problem) .and. value + error >= -rounding_gap(problem)) cycle
             call take(value + error, place)
@@ -337,7 +337,7 @@ contains
 
    !> Bound of the error of the gap at a position: the interpolation error of the element plus the residual gaps at contacts, whose
    !> exact gap is zero.
-   real(wp) function doubt(problem, state, profile, line, place)
+   real(wp) function gap_error_bound(problem, state, profile, line, place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(profile_t), intent(in) :: profile(:)
@@ -346,10 +346,10 @@ contains
       real(wp) :: tau
       integer :: e
       call find_part(problem, state, line, place, e, tau)
-      doubt = mended_error(profile(e), tau)
-      if (line%touches(1)) doubt = doubt + abs(line%gap(1))
-      if (line%touches(2)) doubt = doubt + abs(line%gap(size(line%gap)))
-   end function doubt
+      gap_error_bound = mended_error(profile(e), tau)
+      if (line%touches(1)) gap_error_bound = gap_error_bound + abs(line%gap(1))
+      if (line%touches(2)) gap_error_bound = gap_error_bound + abs(line%gap(size(line%gap)))
+   end function gap_error_bound
 
    !> Finds, by bisection, the element at a coordinate along the rod segment, and the place tau (0 to 1) in it.
    pure subroutine find_part(problem, state, line, place, e, tau)

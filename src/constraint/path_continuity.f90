@@ -18,7 +18,7 @@ module path_continuity
    use state_transfer, only: displacements_at, field_at
    use rod_geometry, only: shift_nodes
    use linear_system, only: system_t
-   use path_control, only: control_t, is_arc_length, metric, turning, path_length, set_tangent
+   use path_control, only: control_t, is_arc_length, metric, rotation_metric, path_length, set_tangent
    use force_law, only: segment_unknown
    implicit none
    private
@@ -135,7 +135,8 @@ contains
       relation%load = max(relation%load, 0.0_wp) / max(maxval(abs(rates)), tiny(1.0_wp))
       ! From here on `chord` is the chord minus the mean of the tangents, and `last` is half of the difference of the tangents.
       last = 0.5_wp * (last - first)
-      faster = sqrt(max(turning(problem, first, first), turning(problem, first + 2.0_wp * last, first + 2.0_wp * last)))
+      faster = sqrt(max(rotation_metric(problem, first, first), &
+         & rotation_metric(problem, first + 2.0_wp * last, first + 2.0_wp * last)))
       ! Error of the mean rate. The position of a freely rolling rod is only as accurate as the tolerance of the iteration; other
       ! rotations have the discretisation error that the deck allows.
       unknown = no_motion / length
@@ -143,7 +144,7 @@ contains
          if (problem%rolling > 0) unknown = max(unknown, step%tolerance * problem%size / length)
          if (any(problem%layout%rod_segment%placed)) unknown = max(unknown, min(step%asked, step%asked_of_path))
       end associate
-      relation%bending = sqrt(turning(problem, chord, chord)) - sqrt(turning(problem, last, last)) - unknown
+      relation%bending = sqrt(rotation_metric(problem, chord, chord)) - sqrt(rotation_metric(problem, last, last)) - unknown
       relation%bending = max(relation%bending, 0.0_wp) / max(faster, epsilon(faster) * relation%bending, tiny(1.0_wp))
 
    contains

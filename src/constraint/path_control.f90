@@ -32,7 +32,7 @@ module path_control
    implicit none
    private
    public :: control_t, control_row, prescribed_functional, control_error, constraint_tolerance, is_arc_length, set_tangent, &
-      & path_length, metric, turning, displacement_between, follow_nodes, can_be_held, holding_value, &
+      & path_length, metric, rotation_metric, displacement_between, follow_nodes, can_be_prescribed, prescribed_change, &
       & increment_between
 
    !> Constraint of an increment.
@@ -62,21 +62,21 @@ contains
    end function is_arc_length
 
    !> True if a constraint can prescribe a quantity: the load factor, or a monitor of a displacement.
-   pure logical function can_be_held(problem, monitor)
+   pure logical function can_be_prescribed(problem, monitor)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: monitor             !! index of the monitor; 0: the load factor
-      can_be_held = monitor == 0
-      if (monitor > 0) can_be_held = problem%deck%monitor(monitor)%quantity == quantity_displacement
-   end function can_be_held
+      can_be_prescribed = monitor == 0
+      if (monitor > 0) can_be_prescribed = problem%deck%monitor(monitor)%quantity == quantity_displacement
+   end function can_be_prescribed
 
    !> Control with a given change of the load factor or of a monitor as its constraint.
-   pure type(control_t) function holding_value(monitor, change) result(control)
+   pure type(control_t) function prescribed_change(monitor, change) result(control)
       integer, intent(in) :: monitor             !! index of the monitor; 0: the load factor
       real(wp), intent(in) :: change             !! prescribed change, in the unit of the quantity
       control%method = merge(method_displacement, method_load, monitor > 0)
       control%monitor = monitor
       control%increment = change
-   end function holding_value
+   end function prescribed_change
 
    !> True if the corrections of a strategy are normal to a given direction, so that no constraint equation holds at the final
    !> point.
@@ -105,11 +105,11 @@ contains
 
    !> Inner product of the rotations, a measure of bending. (If a rod shortens much more than it bends, displacements hardly show
    !> the bending.)
-   pure real(wp) function turning(problem, a, b)
+   pure real(wp) function rotation_metric(problem, a, b)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: a(:, :), b(:, :)   !! (3, nodes) displacement fields
-      turning = problem%size**2 * dot_product(problem%weight, a(3, :) * b(3, :))
-   end function turning
+      rotation_metric = problem%size**2 * dot_product(problem%weight, a(3, :) * b(3, :))
+   end function rotation_metric
 
    !> Sets the unit tangent at the start of an increment from the solved system, oriented along `direction`.
    subroutine set_tangent(problem, system, direction, direction_load, control)

@@ -87,30 +87,30 @@ contains
       type(contact_step_t), intent(inout) :: result
       type(contact_lcp_t) :: lcp
       integer, allocatable :: more(:)
-      logical :: in_doubt(problem%candidates%n), wrong(problem%candidates%n)
+      logical :: uncertain(problem%candidates%n), wrong(problem%candidates%n)
       real(wp) :: gap_0(problem%candidates%n), reaction_0(problem%candidates%n), x(system%n), y
       integer :: round, pivots
 
       lcp = new_contact_lcp(system%n)
-      in_doubt = .false.
+      uncertain = .false.
       gap_0 = gap
       reaction_0 = reaction
       y = result%y
       rounds: do round = 1, max_rounds
-         wrong = violated(problem, state, system, y, gap, reaction) .and. .not. in_doubt
+         wrong = violated(problem, state, system, y, gap, reaction) .and. .not. uncertain
          if (.not. any(wrong)) exit rounds
          if (round == 1 .and. count(wrong) > largest_lcp) then
             call flip()
             return
          end if
-         more = next_uncertain(problem, system, wrong, in_doubt, round)
+         more = next_uncertain(problem, system, wrong, uncertain, round)
          if (size(more) == 0) exit rounds
-         if (count(in_doubt) + size(more) > 2 * largest_lcp) then
+         if (count(uncertain) + size(more) > 2 * largest_lcp) then
             if (problem%coupling%n > 0) call flip()
             if (problem%coupling%n == 0) call fail_with('the contact set changes at too many candidates at once')
             return
          end if
-         in_doubt(more) = .true.
+         uncertain(more) = .true.
          call add_candidates(problem, state, system, more, lcp, result%ok)
          if (.not. result%ok) then
             call fail_with(singular_border)
@@ -132,10 +132,10 @@ contains
 
       result%reaction = merge(reaction, 0.0_wp, state%active)
       if (size(lcp%candidate) == 0) return
-      associate (doubt => lcp%candidate)
-         result%active(doubt) = state%active(doubt) .neqv. lcp%z > 0.0_wp
-         result%reaction(doubt) = merge(merge(lcp%w, 0.0_wp, result%active(doubt)), lcp%z, state%active(doubt))
-         call release_parallel(problem, system, doubt, result)
+      associate (candidate => lcp%candidate)
+         result%active(candidate) = state%active(candidate) .neqv. lcp%z > 0.0_wp
+         result%reaction(candidate) = merge(merge(lcp%w, 0.0_wp, result%active(candidate)), lcp%z, state%active(candidate))
+         call release_parallel(problem, system, candidate, result)
       end associate
       result%x = x
       result%y = y
@@ -163,21 +163,21 @@ contains
 
    !> Two rigid obstacles cannot constrain a node in the same direction: of two active contacts at a node with parallel normals, the
    !> contact with the smaller reaction is released.
-   subroutine release_parallel(problem, system, doubt, result)
+   subroutine release_parallel(problem, system, candidate, result)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      integer, intent(in) :: doubt(:)          !! candidates of the LCP
+      integer, intent(in) :: candidate(:)          !! candidates of the LCP
       type(contact_step_t), intent(inout) :: result
       integer :: i, j
-      do i = 1, size(doubt)
-         if (.not. held(doubt(i))) cycle
-         do j = 1, size(doubt)
-            if (i == j .or. .not. held(doubt(j))) cycle
-            if (problem%candidates%node(doubt(i)) /= problem%candidates%node(doubt(j))) cycle
-            associate (a => system%normal(:, doubt(i)), b => system%normal(:, doubt(j)))
+      do i = 1, size(candidate)
+         if (.not. held(candidate(i))) cycle
+         do j = 1, size(candidate)
+            if (i == j .or. .not. held(candidate(j))) cycle
+            if (problem%candidates%node(candidate(i)) /= problem%candidates%node(candidate(j))) cycle
+            associate (a => system%normal(:, candidate(i)), b => system%normal(:, candidate(j)))
                if (abs(a(1) * b(2) - a(2) * b(1)) >= parallel) cycle
             end associate
-            if (result%reaction(doubt(i)) < result%reaction(doubt(j))) result%active(doubt(i)) = .false.
+            if (result%reaction(candidate(i)) < result%reaction(candidate(j))) result%active(candidate(i)) = .false.
          end do
       end do
       where (.not. result%active) result%reaction = 0.0_wp
@@ -214,10 +214,10 @@ contains
    end function largest_force
 
    !> Candidates that become uncertain because their own gap or reaction, or that of a neighbour, has the wrong sign.
-   function next_uncertain(problem, system, wrong, in_doubt, round) result(more)
+   function next_uncertain(problem, system, wrong, uncertain, round) result(more)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      logical, intent(in) :: wrong(:), in_doubt(:) !! (candidates) true: gap or reaction has the wrong sign; true: the candidate is
+      logical, intent(in) :: wrong(:), uncertain(:) !! (candidates) true: gap or reaction has the wrong sign; true: the candidate is
       !! in the LCP already
       integer, intent(in) :: round
       integer, allocatable :: more(:)
@@ -228,7 +228,7 @@ contains
          if (wrong(c)) wrong_at(problem%candidates%node(c)) = .true.
       end do
       ! Contact may pass from one obstacle to another at the same node.
-      may = (with_neighbours(problem, wrong, round) .or. wrong_at(problem%candidates%node)) .and. .not. in_doubt
+      may = (with_neighbours(problem, wrong, round) .or. wrong_at(problem%candidates%node)) .and. .not. uncertain
       do c = 1, size(may)
          if (.not. abs(system%slope(c)) > 0.0_wp .or. problem%candidates%bilateral(c)) may(c) = .false.
          ! On a horizontal segment of its force law a reaction is constant. It can become zero only on the first segment.

@@ -215,8 +215,8 @@ contains
                   home(:, k) = home(:, k) - derivative(profile%axis, profile%degree, k, tau)
                end do
             end if
-            turn = turning_rates(profile, tau)
-            way = turning(profile, tau)
+            turn = rotation_derivatives(profile, tau)
+            way = rotation_at(profile, tau)
             ! The difference of the stress-free axis from its polynomial rotates with the rod; at the ends it is zero.
             home(:, 3) = home(:, 3) + 3.0_wp * (turned(0.5_wp * pi, turn(1) * home(:, 2) + turn(2) * home(:, 1)) - &
                & turn(1)**2 * home(:, 1))
@@ -243,7 +243,7 @@ contains
       associate (h => profile%length)
          do i = 1, 2
             call rotation_rates(problem, state, profile%element, i, rates, here)
-            profile%twist(:, i) = [h, h**2] * rates - turning_rates(profile, real(i - 1, wp))
+            profile%twist(:, i) = [h, h**2] * rates - rotation_derivatives(profile, real(i - 1, wp))
          end do
       end associate
    end subroutine mend_rotation
@@ -255,7 +255,7 @@ contains
       real(wp), intent(in) :: tau                   !! place in the element, 0 to 1 of its stress-free length
       real(wp) :: x(2)
       x = polynomial(profile%axis + profile%moved, profile%degree, tau)
-      if (profile%curved) x = x + profile%stretch * turned(turning(profile, tau), deviation(problem, profile, tau))
+      if (profile%curved) x = x + profile%stretch * turned(rotation_at(profile, tau), deviation(problem, profile, tau))
       x = x + mended_by(profile, tau)
    end function profile_place
 
@@ -363,7 +363,7 @@ contains
       real(wp), intent(in) :: tau, d(2)
       real(wp) :: u(3)
       u(1:2) = polynomial(profile%moved, profile%degree, tau)
-      u(3) = turning(profile, tau)
+      u(3) = rotation_at(profile, tau)
       if (.not. profile%curved) return
       ! The difference between the rotated and the original vector would lose the digits of small rotations; this form keeps them.
       u(1:2) = u(1:2) + (profile%stretch - 1.0_wp) * d + (2.0_wp * profile%stretch * sin(0.5_wp * u(3))) * &
@@ -377,7 +377,7 @@ contains
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
       real(wp) :: angle
-      angle = home_angle(problem, state%geometry%element(profile%element), profile%element, tau) + turning(profile, tau)
+      angle = home_angle(problem, state%geometry%element(profile%element), profile%element, tau) + rotation_at(profile, tau)
    end function profile_angle
 
    !> Tangent angle of the stress-free rod [rad].
@@ -417,15 +417,15 @@ contains
             & tau * load_change * load%curvature_rate)
       end associate
       if (.not. profile%curved) return
-      d = turned(turning(profile, tau), deviation(problem, profile, tau))
+      d = turned(rotation_at(profile, tau), deviation(problem, profile, tau))
       rate(1:2) = rate(1:2) + load_change * element%load%strain_rate * d + profile%stretch * rate(3) * [-d(2), d(1)]
    end function profile_rate
 
    !> Upper bound of the error of a position: the larger of the Hermite correction and the error that remains after it.
-   pure real(wp) function profile_error_bound(profile, tau) result(doubt)
+   pure real(wp) function profile_error_bound(profile, tau) result(bound)
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
-      doubt = max(norm2(mended_by(profile, tau)), profile_error(profile))
+      bound = max(norm2(mended_by(profile, tau)), profile_error(profile))
    end function profile_error_bound
 
    !> Estimated error of a corrected position, the larger of two contributions. The first, between the nodes, is the correction that
@@ -525,18 +525,18 @@ contains
    end function abscissa
 
    !> Rotation at a place in the element [rad].
-   pure real(wp) function turning(profile, tau)
+   pure real(wp) function rotation_at(profile, tau)
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
       integer :: k
-      turning = profile%rotation(profile%degree)
+      rotation_at = profile%rotation(profile%degree)
       do k = profile%degree - 1, 0, -1
-         turning = profile%rotation(k) + tau * turning
+         rotation_at = profile%rotation(k) + tau * rotation_at
       end do
-   end function turning
+   end function rotation_at
 
    !> First and second derivative of the rotation with respect to tau.
-   pure function turning_rates(profile, tau) result(turn)
+   pure function rotation_derivatives(profile, tau) result(turn)
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
       real(wp) :: turn(2)
@@ -546,7 +546,7 @@ contains
          turn(1) = turn(1) + k * profile%rotation(k) * tau**(k - 1)
          if (k > 1) turn(2) = turn(2) + k * (k - 1) * profile%rotation(k) * tau**(k - 2)
       end do
-   end function turning_rates
+   end function rotation_derivatives
 
    !> Value of a polynomial in the plane.
    pure function polynomial(coefficient, degree, tau) result(x)

@@ -314,7 +314,8 @@ contains
       slope = before%slope
       if (before%by_moment .and. abs(now) > abs(slope)) slope = now
       ! If the obstacle would have to pull at the end of a line contact, the line contact must become shorter. If it became longer,
-      ! it would reach a free span of zero length, a false equilibrium that no force would leave again.
+      ! the free span beside it would shrink to zero length. There all jumps vanish, and the iteration would end with this false
+      ! solution.
       if (before%by_moment .and. problem%candidates%follows(c)) slope = sign(slope, track_sense(problem, state, c, &
          & node_track(problem, state, c)))
       distance = quotient(error, slope)

@@ -220,7 +220,7 @@ contains
       call close_table(table)
    end function measured
 
-   !> Derivative of the true length by the nominal length, minus one.
+   !> Derivative of the arc length by the nominal coordinate, minus one.
    pure real(wp) function excess_rate(imperfection, bend, s) result(rate)
       type(imperfection_t), intent(in) :: imperfection
       real(wp), intent(in) :: bend(0:2)         !! curvature of the nominal curve at s, and its first two derivatives
@@ -231,8 +231,8 @@ contains
       rate = more / (1.0_wp + sqrt(1.0_wp + more))
    end function excess_rate
 
-   !> Excess of the true length over the nominal coordinate, measured from a point that is the same for all coordinates; and its
-   !> derivative.
+   !> Arc length of the curve with its imperfection minus the nominal coordinate s, which is the arc length of the perfect curve,
+   !> and the derivative of this difference by s. Both lengths begin at one fixed point, the beginning of the length table.
    pure function curve_excess(curve, imperfections, s) result(excess)
       type(curve_t), intent(in) :: curve        !! curve that measure_curves has measured
       type(imperfection_t), intent(in) :: imperfections(:)
@@ -243,7 +243,7 @@ contains
          & excess(1), excess(2))
    end function curve_excess
 
-   !> True length of the curve between two nominal coordinates.
+   !> Arc length of the curve with its imperfection between two nominal coordinates.
    pure function curve_length(curve, imperfections, from, to, excess) result(length)
       type(curve_t), intent(in) :: curve        !! curve that measure_curves has measured
       type(imperfection_t), intent(in) :: imperfections(:)

@@ -247,8 +247,8 @@ contains
       end if
    end subroutine measure
 
-   !> True if residual, last correction and constraint violation are small enough. A residual below the tolerance that no longer
-   !> decreases is accepted, even if a smaller one was required.
+   !> True if residual, last correction and constraint violation are small enough. If error bars require a
+   !> residual below the tolerance (`sharper`), a residual within the tolerance that no longer decreases is accepted, too.
    logical function is_small(problem, state, system, newton, report) result(small)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

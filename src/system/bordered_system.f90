@@ -226,8 +226,8 @@ contains
       x = x + y * system%tangent
    end subroutine solve_bordered
 
-   !> Linear change of the stored section forces for increments of the unknowns and of the load factor. It does not include the
-   !> change that eliminates the elements' own defects.
+   !> Linear change of the stored section forces for increments of the unknowns and of the load factor. The part of a
+   !> Newton step that removes the residuals of the equations inside the elements is not included.
    function resultant_rates(problem, system, x, y) result(rate)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system

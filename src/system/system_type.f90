@@ -24,7 +24,7 @@ module system_type
       type(factor_t) :: factor
       type(active_coupling_t) :: coupling           !! coupled ground, with the excess stiffness that it has in the band matrix
       real(wp), allocatable :: residual(:)      !! (n) internal minus external forces, with the element unknowns eliminated
-      real(wp), allocatable :: raw(:)           !! (n) residual computed from the stored section forces, without element defects
+      real(wp), allocatable :: raw(:)           !! (n) residual for the stored section forces as they are, see eraw
       real(wp), allocatable :: load(:)          !! (n) minus the derivative of `residual` by the load factor
       logical, allocatable :: fixed(:)          !! (n) true: eliminated by a support, tie or rigid contact
       real(wp), allocatable :: value(:)         !! (n) for a fixed unknown: increment that brings it to its prescribed value
@@ -56,8 +56,8 @@ module system_type
       real(wp), allocatable :: spring(:) !! stiffness of the foundation: tangent stiffness if active; on coupled ground the spring
       !! in the band matrix; 0 for a rigid obstacle
       real(wp), allocatable :: push(:)          !! reaction of the foundation at the present gap of an active candidate
-      ! Element data: stiffness ek, end forces ef, end forces without defects eraw, load derivatives el, update operators op of the
-      ! stored unknowns:
+      ! Element data: stiffness ek, end forces ef if the equations inside the element are satisfied, end forces eraw for the stored
+      ! section forces as they are, load derivatives el, update operators op of the stored unknowns:
       real(wp), allocatable :: ek(:, :, :), ef(:, :), eraw(:, :), el(:, :), op(:, :, :)
       integer, allocatable :: grip(:) !! (elements) number of quadrature points of foundations in that part of the element that is
       !! in contact

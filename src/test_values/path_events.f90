@@ -59,7 +59,7 @@ module path_events
       !! other side
       logical :: jumps = .false. !! bifurcation: true: the eigenvalue jumps from one sign to the other because a line contact
       !! becomes a point contact
-      logical :: held = .false. !! value events: true: the value was prescribed in the correction and is met to rounding
+      logical :: prescribed = .false. !! value events: true: the value was prescribed in the correction and is met to rounding
       logical :: steady_load = .false. !! true: the load rate is almost constant over the increment, so that the load can measure
       !! fractions of the increment
       real(wp) :: scale = 1.0_wp !! reference value of the event function, to which the tolerance of its zero is related

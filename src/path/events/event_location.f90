@@ -6,7 +6,7 @@ module event_location
    use rod_state, only: state_t
    use linear_system, only: system_t
    use displacement_functional, only: monitor_change
-   use path_control, only: path_length, is_arc_length, can_be_held, holding_value
+   use path_control, only: path_length, is_arc_length, can_be_prescribed, prescribed_change
    use path_continuity, only: between, lies_between, alike, largest_distance
    use increment_points, only: division_t, new_division, point_within, chord_fraction, part_of_increment
    use corrector, only: increment_t, correct
@@ -56,7 +56,7 @@ contains
          located_event%fraction = 0.0_wp
          return
       end if
-      call locate_by_holding(problem, run, trial, division, located_event)
+      call locate_by_prescribing(problem, run, trial, division, located_event)
       if (located_event%located) return
       call locate_by_function(problem, step, run, trial, division, located_event)
       if (.not. located_event%located) return
@@ -77,7 +77,7 @@ contains
    !> starts from a point interpolated between the ends of the increment. The event is not located if the value cannot be
    !> prescribed, if it is not monotonic within the increment (two points may then have it), or if the corrected point is not
    !> between the ends.
-   subroutine locate_by_holding(problem, run, trial, division, located_event)
+   subroutine locate_by_prescribing(problem, run, trial, division, located_event)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
@@ -87,14 +87,14 @@ contains
       real(wp) :: part
       associate (event => located_event%event, from => run%last, report => located_event%report)
          if (.not. (division%smooth .and. any(event%kind == [event_value_reached, event_stop]))) return
-         if (.not. (can_be_held(problem, event%monitor) .and. event%before * event%after < 0.0_wp)) return
+         if (.not. (can_be_prescribed(problem, event%monitor) .and. event%before * event%after < 0.0_wp)) return
          if (any(event%before * [value_rate(problem, event%monitor, from), value_rate(problem, event%monitor, trial)] >= 0.0_wp)) &
             & return
          part = event%before / (event%before - event%after)
          here%state = between(problem, from%state, trial%state, from%tangent, trial%tangent, part)
          here%system = from%system
-         call correct(problem, from%state, holding_value(event%monitor, -event%before), .false., here%state, here%system, report, &
-            & exact=problem%model%step(problem%step)%locate_tolerance)
+         call correct(problem, from%state, prescribed_change(event%monitor, -event%before), .false., here%state, &
+            & here%system, report, exact=problem%model%step(problem%step)%locate_tolerance)
          if (.not. report%converged) return
          if (.not. alike(problem, from%state, here%state)) return
          if (.not. lies_between(problem, from%state, trial%state, division%chord, from%tangent, trial%tangent, &
@@ -104,9 +104,9 @@ contains
          located_event%point = here
          located_event%fraction = part_of_increment(problem, run, trial, division, here%state)
          located_event%located = .true.
-         event%held = .true.
+         event%prescribed = .true.
       end associate
-   end subroutine locate_by_holding
+   end subroutine locate_by_prescribing
 
    !> Derivative of the load factor or of a monitored displacement by arc length.
    real(wp) function value_rate(problem, monitor, point) result(rate)
@@ -221,12 +221,12 @@ contains
       type(path_point_t) :: here, below, above
       type(bracket_t) :: bracket
       real(wp) :: f, f_below, f_above, left
-      logical :: at_nodes, held, low_moved, releases
+      logical :: at_nodes, keeps_contact, low_moved, releases
 
       associate (event => located_event%event, located => located_event%located)
          releases = event%kind == event_release
          at_nodes = event%kind == event_contact .and. event%ground%contact == 0
-         held = at_nodes .and. .not. (event%divided .and. event%before < 0.0_wp)
+         keeps_contact = at_nodes .and. .not. (event%divided .and. event%before < 0.0_wp)
          at_nodes = at_nodes .and. .not. event%divided
          bracket = new_bracket(event%before, event%after)
          if (releases) bracket = new_bracket(zero_eigenvalue(problem, event, run%last), zero_eigenvalue(problem, event, trial))
@@ -237,7 +237,7 @@ contains
          above = trial
          ! The gap at a contact region that is lost may stay zero if a support carries the node. The search therefore keeps the
          ! contact closed; its reaction then changes sign at the event.
-         located = abs(bracket%f_high) <= step%locate_tolerance * bracket%scale .and. .not. held
+         located = abs(bracket%f_high) <= step%locate_tolerance * bracket%scale .and. .not. keeps_contact
          search: do while (.not. located)
             if (.not. next_guess(bracket, step%locate_tolerance, located_event%fraction)) then
                located_event%point = above
@@ -256,14 +256,15 @@ contains
                exit search
             end if
             ! With the contact set of the increment's first end the event function of a contact change is smooth through its zero.
-            call point_within(problem, run, trial, division, located_event%fraction, held, held, here, located_event%report)
+            call point_within(problem, run, trial, division, located_event%fraction, keeps_contact, keeps_contact, here, &
+               & located_event%report)
             if (at_nodes .and. located_event%report%converged) call mark_passed_nodes(problem, run%last%state, trial%state, &
                & here, event%marked)
-            if (held .and. located_event%report%converged) then
+            if (keeps_contact .and. located_event%report%converged) then
                ! If other candidates violate their sign conditions with the contact set of the first end, the LCP determines the
                ! set.
                if (.not. holds_elsewhere(problem, here%system, event%marked, here%state)) then
-                  held = .false.
+                  keeps_contact = .false.
                   cycle search
                end if
             end if
@@ -322,15 +323,15 @@ contains
       type(increment_t) :: report
       type(path_point_t) :: there
       real(wp) :: left
-      if (.not. can_be_held(problem, located_event%event%monitor)) return
+      if (.not. can_be_prescribed(problem, located_event%event%monitor)) return
       left = event_value(problem, located_event%event, located_event%point%state, located_event%point%test_values)
       there = located_event%point
-      call correct(problem, located_event%point%state, holding_value(located_event%event%monitor, -left), .false., there%state, &
-         & there%system, report)
+      call correct(problem, located_event%point%state, prescribed_change(located_event%event%monitor, -left), .false., &
+         & there%state, there%system, report)
       if (.not. report%converged) return
       there%tangent = path_tangent_of(problem, run, there)
       call evaluate_tests(problem, there)
-      located_event%event%held = .true.
+      located_event%event%prescribed = .true.
       located_event%point = there
    end subroutine meet_value
 

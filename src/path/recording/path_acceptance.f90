@@ -97,8 +97,8 @@ contains
    contains
 
       !> Finds the contact changes at which the load turns (corners of the path). If contact at nodes changes within the increment,
-      !> a limit point at a corner without a reported contact change is rejected: such corners depend on the mesh, and shorter
-      !> increments pass them.
+      !> a limit point at a corner without a reported contact change is rejected: nodes that come into contact one after the other
+      !> cause such corners, which other meshes do not have.
       subroutine find_corners()
          integer :: i
          findings%beside = beside(findings%seen)

@@ -7,7 +7,7 @@ module error_report
    use problem, only: problem_t
    use rod_state, only: state_t
    use state_transfer, only: find_point, carried_field
-   use path_control, only: control_t, path_length, holding_value
+   use path_control, only: control_t, path_length, prescribed_change
    use path_continuity, only: path_tangent_t, path_tangent_at
    use monitors, only: monitor_values
    use linear_system, only: system_t, new_system
@@ -73,8 +73,8 @@ contains
          bars%missed = 0
          bars%turned = load_turns()
          bars%unsure = bars%turned
-      else if (event%held) then
-         call point_errors(problem, run%mesh%enriched, point%state, point%system, holding_value(event%monitor, 0.0_wp), &
+      else if (event%prescribed) then
+         call point_errors(problem, run%mesh%enriched, point%state, point%system, prescribed_change(event%monitor, 0.0_wp), &
             & point%tangent, bars, places=.true., as_it_is=as_it_is)
       else if (event%meets) then
          call bars_on_crossing_path()
