@@ -1,7 +1,7 @@
 !> Linear complementarity problems for the tests, and their solution by trying all sets.
 module lcp_problems
    use kinds, only: wp
-   use lapack, only: dgesv
+   use lapack, only: dgetrf, dgetrs
    use random_numbers, only: random_t, next_random
    implicit none
    private
@@ -93,7 +93,10 @@ contains
       end do
       right(:, k + 1:n) = -m(s, t)
       right(:, n + 1) = -q(s)
-      if (k > 0) call dgesv(k, n + 1, a, k, pivot, right, k, info)
+      if (k > 0) then
+         call dgetrf(k, k, a, k, pivot, info)
+         call dgetrs('N', k, n + 1, a, k, pivot, right, k, info)
+      end if
       m(t, t) = m(t, t) + matmul(m(t, s), right(:, k + 1:n))
       q(t) = q(t) + matmul(m(t, s), right(:, n + 1))
       m(t, s) = matmul(m(t, s), right(:, :k))
@@ -124,8 +127,9 @@ contains
             a = m(s, s)
             x = -q(s)
             pivot = s
-            call dgesv(k, 1, a, k, pivot, x, k, info)
+            call dgetrf(k, k, a, k, pivot, info)
             if (info /= 0) cycle
+            call dgetrs('N', k, 1, a, k, pivot, x, k, info)
             trial(s) = x
          end if
          gap = q + matmul(m, trial)

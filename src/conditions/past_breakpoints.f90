@@ -3,7 +3,7 @@ module past_breakpoints
    use problem, only: problem_t
    implicit none
    private
-   public :: beyond, across
+   public :: beyond
 
 contains
 
@@ -13,22 +13,13 @@ contains
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: contact_span      !! index into problem%contact_span
       integer, intent(in) :: way               !! -1: past the first end, 1: past the last end
-      rod_segment = across(problem, contact_span, way)
-      if (any(problem%model%fixed(:, end_node(problem, contact_span, way)))) rod_segment = 0
-   end function beyond
-
-   !> Rod segment beyond the end of a contact span's own segment, if the same contact covers it; a support may act at the boundary.
-   !> 0: none.
-   pure integer function across(problem, contact_span, way) result(rod_segment)
-      type(problem_t), intent(in) :: problem
-      integer, intent(in) :: contact_span      !! index into problem%contact_span
-      integer, intent(in) :: way               !! -1: past the first end, 1: past the last end
-      integer :: e
+      integer :: e, node
       rod_segment = 0
-      e = problem%beside(merge(1, 2, way < 0), end_node(problem, contact_span, way))
-      if (e == 0) return
+      node = end_node(problem, contact_span, way)
+      e = problem%beside(merge(1, 2, way < 0), node)
+      if (e == 0 .or. any(problem%model%fixed(:, node))) return
       if (problem%covered(problem%rod_segment(e), problem%contact_span(contact_span)%contact)) rod_segment = problem%rod_segment(e)
-   end function across
+   end function beyond
 
    !> Node at one end of the rod segment of a contact span.
    pure integer function end_node(problem, contact_span, way) result(node)

@@ -5,7 +5,7 @@ module contact_set_edits
    use contact_spans, only: contact_span_t
    implicit none
    private
-   public :: begun, lost, spread_out, parted, shrunk, extended, joined, laid_down, merged, end_moved, opened, numbered, same_set
+   public :: begun, lost, spread_out, parted, shrunk, extended, laid_down, merged, end_moved, opened, numbered, same_set
 
 contains
 
@@ -70,15 +70,8 @@ contains
       new(k)%at = [min(set(k)%at(1), to), max(set(k)%at(2), to)]
    end function extended
 
-   !> Makes contact span k a line contact that ends at the far end of contact span `other` of the same segment, which it replaces.
-   pure function joined(set, k, other) result(new)
-      type(contact_span_t), intent(in) :: set(:)
-      integer, intent(in) :: k, other
-      type(contact_span_t), allocatable :: new(:)
-      new = lost(extended(extended(set, k, set(other)%at(1)), k, set(other)%at(2)), other)
-   end function joined
-
-   !> Makes the free span between two contact spans, or beside one contact span, a part of a line contact.
+   !> Makes the free span between two contact spans, or beside one contact span, a part of a line contact. Of two contact spans the
+   !> one before the free span is extended over it and over the other one, which is removed.
    pure function laid_down(set, beside, ends) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: beside(2)          !! contact spans before and after the free span; one of them may be 0: none
@@ -86,7 +79,9 @@ contains
       type(contact_span_t), allocatable :: new(:)
       integer :: side
       if (all(beside > 0)) then
-         new = joined(set, beside(1), beside(2))
+         associate (first => beside(1), second => beside(2))
+            new = lost(extended(extended(set, first, set(second)%at(1)), first, set(second)%at(2)), second)
+         end associate
       else
          side = findloc(beside > 0, .true., 1)
          new = extended(set, beside(side), ends(3 - side))

@@ -6,7 +6,7 @@ module lapack
    use kinds, only: wp
    implicit none
    private
-   public :: dgetrf, dgetrs, dgetri, dgesv, dgelsd
+   public :: dgetrf, dgetrs, dgetri, dgelsd
    public :: dpotrf, dpotrs, dpotri, dsytrf, dsytrs
    public :: dpbtrf, dpbtrs
    public :: dgbtrf, dgbtrs
@@ -117,16 +117,6 @@ module lapack
          real(wp), intent(out) :: work(*)
          integer, intent(out) :: info !! > 0: U(info, info) is exactly zero
       end subroutine dgetri
-
-      !> Factors and solves a dense system.
-      subroutine dgesv(n, nrhs, a, lda, ipiv, b, ldb, info)
-         import :: wp
-         integer, intent(in) :: n, nrhs, lda, ldb
-         real(wp), intent(inout) :: a(lda, *)
-         integer, intent(out) :: ipiv(*)
-         real(wp), intent(inout) :: b(ldb, *)
-         integer, intent(out) :: info !! > 0: U(info, info) is exactly zero, b is untouched
-      end subroutine dgesv
 
       !> Solves a linear least-squares problem by singular values; the result is the solution of least norm.
       subroutine dgelsd(m, n, nrhs, a, lda, b, ldb, s, rcond, rank, work, lwork, iwork, info)

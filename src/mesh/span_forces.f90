@@ -16,7 +16,7 @@ module span_forces
    use inner_forces, only: inner_forces_t
    implicit none
    private
-   public :: span_totals, line_force, end_force, end_balance_force, node_shares
+   public :: span_totals, end_force, end_balance_force, node_shares
 
 contains
 

@@ -23,7 +23,7 @@ module mesh_transfer
    use sized_equilibrium, only: solve_sized
    implicit none
    private
-   public :: transfer_and_solve, rebalance, refine_point, move_to_mesh
+   public :: transfer_and_solve, rebalance, refine_point
 
 contains
 
