@@ -46,7 +46,7 @@ contains
       if (passed_by_mesh(run, located_event%event)) then
          before = located_event%event%before
          if (located_event%event%kind == event_limit) located_event%event%before = run%last%tangent%load
-         call look_behind(problem, step, run, trial, division, located_event)
+         call look_behind()
          located_event%event%before = before
          if (located_event%located) return
          ! The event may be placed at the last accepted point only if this point is in equilibrium on the present mesh.
@@ -56,12 +56,12 @@ contains
          located_event%fraction = 0.0_wp
          return
       end if
-      call locate_by_prescribing(problem, run, trial, division, located_event)
+      call locate_by_prescribing()
       if (located_event%located) return
-      call locate_by_function(problem, step, run, trial, division, located_event)
+      call locate_by_function()
       if (.not. located_event%located) return
       if (division%smooth) then
-         located_event%located = satisfies_definition(problem, step, run, trial, division%chord, located_event)
+         located_event%located = satisfies_definition()
          ! After a line contact has just become a point contact the load may be constant: its rate then changes sign by rounding
          ! only.
          if (located_event%event%kind == event_limit .and. run%since_change%shrunk .and. .not. located_event%located) &
@@ -71,42 +71,99 @@ contains
          ! controlled quantity changes even if no node moves.
          located_event%fraction = chord_fraction(problem, run, division, located_event%point%state)
       end if
-   end subroutine locate_event
 
-   !> Locates the point at which the load factor or a monitor has a given value: the value is the constraint of a correction that
-   !> starts from a point interpolated between the ends of the increment. The event is not located if the value cannot be
-   !> prescribed, if it is not monotonic within the increment (two points may then have it), or if the corrected point is not
-   !> between the ends.
-   subroutine locate_by_prescribing(problem, run, trial, division, located_event)
-      type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run
-      type(path_point_t), intent(in) :: trial
-      type(division_t), intent(in) :: division
-      type(located_event_t), intent(inout) :: located_event
-      type(path_point_t) :: here
-      real(wp) :: part
-      associate (event => located_event%event, from => run%last, report => located_event%report)
-         if (.not. (division%smooth .and. any(event%kind == [event_value_reached, event_stop]))) return
-         if (.not. (can_be_prescribed(problem, event%monitor) .and. event%before * event%after < 0.0_wp)) return
-         if (any(event%before * [value_rate(problem, event%monitor, from), value_rate(problem, event%monitor, trial)] >= 0.0_wp)) &
-            & return
-         part = event%before / (event%before - event%after)
-         here%state = between(problem, from%state, trial%state, from%tangent, trial%tangent, part)
-         here%system = from%system
-         call correct(problem, from%state, prescribed_change(event%monitor, -event%before), .false., here%state, &
-            & here%system, report, exact=problem%model%step(problem%step)%locate_tolerance)
-         if (.not. report%converged) return
-         if (.not. alike(problem, from%state, here%state)) return
-         if (.not. lies_between(problem, from%state, trial%state, division%chord, from%tangent, trial%tangent, &
-            & here%state)) return
-         here%tangent = path_tangent_of(problem, run, here)
-         call evaluate_tests(problem, here)
-         located_event%point = here
-         located_event%fraction = part_of_increment(problem, run, trial, division, here%state)
-         located_event%located = .true.
-         event%prescribed = .true.
-      end associate
-   end subroutine locate_by_prescribing
+   contains
+
+      !> Locates the point at which the load factor or a monitor has a given value: the value is the constraint of a correction that
+      !> starts from a point interpolated between the ends of the increment. The event is not located if the value cannot be
+      !> prescribed, if it is not monotonic within the increment (two points may then have it), or if the corrected point is not
+      !> between the ends.
+      subroutine locate_by_prescribing()
+         type(path_point_t) :: here
+         real(wp) :: part
+         associate (event => located_event%event, from => run%last, report => located_event%report)
+            if (.not. (division%smooth .and. any(event%kind == [event_value_reached, event_stop]))) return
+            if (.not. (can_be_prescribed(problem, event%monitor) .and. event%before * event%after < 0.0_wp)) return
+            if (any(event%before * [value_rate(problem, event%monitor, from), &
+               & value_rate(problem, event%monitor, trial)] >= 0.0_wp)) return
+            part = event%before / (event%before - event%after)
+            here%state = between(problem, from%state, trial%state, from%tangent, trial%tangent, part)
+            here%system = from%system
+            call correct(problem, from%state, prescribed_change(event%monitor, -event%before), .false., here%state, &
+               & here%system, report, exact=problem%model%step(problem%step)%locate_tolerance)
+            if (.not. report%converged) return
+            if (.not. alike(problem, from%state, here%state)) return
+            if (.not. lies_between(problem, from%state, trial%state, division%chord, from%tangent, trial%tangent, here%state)) return
+            here%tangent = path_tangent_of(problem, run, here)
+            call evaluate_tests(problem, here)
+            located_event%point = here
+            located_event%fraction = part_of_increment(problem, run, trial, division, here%state)
+            located_event%located = .true.
+            event%prescribed = .true.
+         end associate
+      end subroutine locate_by_prescribing
+
+      !> Locates the zero of the event function from corrected points inside the increment.
+      subroutine locate_by_function()
+         type(law_corner_t) :: law
+         law = corner_between(problem, run%last%state, trial%state)
+         if (located_event%event%kind == event_bifurcation .or. (division%smooth .and. (located_event%event%kind == &
+            & event_turning .or. (located_event%event%kind == event_limit .and. law%candidate == 0)))) then
+            call locate_smooth(problem, step, run, trial, division, located_event)
+         else
+            call bracket_zero(problem, step, run, trial, division, located_event)
+            if (located_event%located .and. any(located_event%event%kind == [event_value_reached, event_stop])) &
+               & call meet_value(problem, run, located_event)
+         end if
+      end subroutine locate_by_function
+
+      !> Searches for the event before the last accepted point, on the present mesh. The secant of the event function over the
+      !> increment is extrapolated to its zero, but not beyond the start of the step or branch. If it is not located
+      !> there, nothing changes.
+      subroutine look_behind()
+         type(located_event_t) :: found
+         type(division_t) :: part
+         type(path_state_t) :: behind
+         type(path_point_t) :: point
+         real(wp) :: fall, fraction
+         fall = located_event%event%before - located_event%event%after
+         if (.not. located_event%event%before * fall < 0.0_wp) return
+         ! The search covers twice the extrapolated distance, so that the zero is bracketed.
+         fraction = 2.0_wp * located_event%event%before / fall
+         if (-fraction * division%length > run%arc_length - run%left_at) return
+         call copy_path_state(run, behind)
+         if (located_event%event%ground%contact > 0) call reset_segments(problem, located_event%event, behind%last%state)
+         part = division
+         call point_within(problem, behind, trial, part, fraction, .true., .false., point, found%report)
+         if (.not. found%report%converged) return
+         behind%last = point
+         behind%last%tangent = path_tangent_of(problem, run, point)
+         call evaluate_tests(problem, behind%last)
+         found%event = located_event%event
+         found%event%after = located_event%event%before
+         found%event%before = event_value(problem, found%event, behind%last%state, behind%last%test_values)
+         if (.not. found%event%before * found%event%after < 0.0_wp) return
+         behind%control%increment = -fraction * run%control%increment
+         part = new_division(problem, behind, run%last, found%event%steady_load)
+         found%point = run%last
+         call bracket_zero(problem, step, behind, run%last, part, found)
+         if (.not. found%located) return
+         found%event%before = located_event%event%before
+         found%event%after = located_event%event%after
+         found%fraction = 0.0_wp
+         located_event = found
+      end subroutine look_behind
+
+      !> True if the located state lies on the path between both ends of the increment and, for a limit point, its load is not below
+      !> (maximum) or above (minimum) the loads of both ends.
+      logical function satisfies_definition() result(right)
+         right = run%fresh .or. .not. alike(problem, run%last%state, located_event%point%state)
+         if (.not. right) right = lies_between(problem, run%last%state, trial%state, division%chord, run%last%tangent, trial%tangent, &
+            & located_event%point%state)
+         if (located_event%event%kind == event_limit) right = right .and. is_extreme(step, run%last%state%load_factor, &
+            & trial%state%load_factor, located_event)
+      end function satisfies_definition
+   end subroutine locate_event
 
    !> Derivative of the load factor or of a monitored displacement by arc length.
    real(wp) function value_rate(problem, monitor, point) result(rate)
@@ -116,26 +173,6 @@ contains
       rate = point%tangent%load
       if (monitor > 0) rate = rate * monitor_change(problem, monitor, point%state, point%system, point%system%tangent, 1.0_wp)
    end function value_rate
-
-   !> Locates the zero of the event function from corrected points inside the increment.
-   subroutine locate_by_function(problem, step, run, trial, division, located_event)
-      type(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(in) :: run
-      type(path_point_t), intent(in) :: trial
-      type(division_t), intent(inout) :: division
-      type(located_event_t), intent(inout) :: located_event
-      type(law_corner_t) :: law
-      law = corner_between(problem, run%last%state, trial%state)
-      if (located_event%event%kind == event_bifurcation .or. (division%smooth .and. (located_event%event%kind == &
-         & event_turning .or. (located_event%event%kind == event_limit .and. law%candidate == 0)))) then
-         call locate_smooth(problem, step, run, trial, division, located_event)
-      else
-         call bracket_zero(problem, step, run, trial, division, located_event)
-         if (located_event%located .and. any(located_event%event%kind == [event_value_reached, event_stop])) &
-            & call meet_value(problem, run, located_event)
-      end if
-   end subroutine locate_by_function
 
    !> True if contact with a foundation began or ended, or the load rate changed its sign, when the last accepted point was
    !> transferred to another mesh. The event then lies at that point within its error bar.
@@ -150,48 +187,6 @@ contains
       there = merge(1.0_wp, -1.0_wp, event%label == contact_gained)
       passed = min(there * event%before, there * event%after) > 0.0_wp
    end function passed_by_mesh
-
-   !> Searches for the event before the last accepted point, on the present mesh. The secant of the event function over the
-   !> increment is extrapolated to its zero, but not beyond the start of the step or branch.
-   subroutine look_behind(problem, step, run, trial, division, located_event)
-      type(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(in) :: run
-      type(path_point_t), intent(in) :: trial
-      type(division_t), intent(in) :: division     !! defines the fractions of the increment
-      type(located_event_t), intent(inout) :: located_event !! unchanged if the event is not located before the last accepted point
-      type(located_event_t) :: found
-      type(division_t) :: part
-      type(path_state_t) :: behind
-      type(path_point_t) :: point
-      real(wp) :: fall, fraction
-      fall = located_event%event%before - located_event%event%after
-      if (.not. located_event%event%before * fall < 0.0_wp) return
-      ! The search covers twice the extrapolated distance, so that the zero is bracketed.
-      fraction = 2.0_wp * located_event%event%before / fall
-      if (-fraction * division%length > run%arc_length - run%left_at) return
-      call copy_path_state(run, behind)
-      if (located_event%event%ground%contact > 0) call reset_segments(problem, located_event%event, behind%last%state)
-      part = division
-      call point_within(problem, behind, trial, part, fraction, .true., .false., point, found%report)
-      if (.not. found%report%converged) return
-      behind%last = point
-      behind%last%tangent = path_tangent_of(problem, run, point)
-      call evaluate_tests(problem, behind%last)
-      found%event = located_event%event
-      found%event%after = located_event%event%before
-      found%event%before = event_value(problem, found%event, behind%last%state, behind%last%test_values)
-      if (.not. found%event%before * found%event%after < 0.0_wp) return
-      behind%control%increment = -fraction * run%control%increment
-      part = new_division(problem, behind, run%last, found%event%steady_load)
-      found%point = run%last
-      call bracket_zero(problem, step, behind, run%last, part, found)
-      if (.not. found%located) return
-      found%event%before = located_event%event%before
-      found%event%after = located_event%event%after
-      found%fraction = 0.0_wp
-      located_event = found
-   end subroutine look_behind
 
    !> Marks as unknown the force-law segments of elements whose contact with a foundation changes at the event. The stored segments
    !> describe the contact on one side of the event only; on the other side the elements determine their segments again.
@@ -334,22 +329,6 @@ contains
       located_event%event%prescribed = .true.
       located_event%point = there
    end subroutine meet_value
-
-   !> True if the located state lies on the path between both ends of the increment and, for a limit point, its load is not below
-   !> (maximum) or above (minimum) the loads of both ends.
-   logical function satisfies_definition(problem, step, run, trial, chord, located_event) result(right)
-      type(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(in) :: run
-      type(path_point_t), intent(in) :: trial
-      real(wp), intent(in) :: chord(:, :)          !! (3, nodes) from chord_between, for both ends of the increment
-      type(located_event_t), intent(in) :: located_event
-      right = run%fresh .or. .not. alike(problem, run%last%state, located_event%point%state)
-      if (.not. right) right = lies_between(problem, run%last%state, trial%state, chord, run%last%tangent, trial%tangent, &
-         & located_event%point%state)
-      if (located_event%event%kind == event_limit) right = right .and. is_extreme(step, run%last%state%load_factor, &
-         & trial%state%load_factor, located_event)
-   end function satisfies_definition
 
    !> True if the load of a located limit point is above (maximum) or below (minimum) the loads of both ends of the increment.
    pure logical function is_extreme(step, first, last, located_event) result(right)
