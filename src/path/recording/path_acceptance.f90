@@ -74,13 +74,13 @@ contains
       if (request%shorter) return
       request%events_located = any(findings%seen%located .and. .not. findings%duplicate)
       call begin_findings()
-      call settle_events(problem, step, run, trial, arrival, findings, request, outcome)
+      call settle_events()
       if (request%shorter .or. request%repeats_increment()) return
       call settle_trial()
       if (request%repeats_increment()) return
       call report_turned_load(problem, step, run, recorder, outcome)
       if (allocated(outcome%why)) return
-      call record_events(problem, step, run, trial, findings, recorder, finished, outcome)
+      call record_events()
       if (finished .or. allocated(outcome%why)) return
       finished = findings%stops
       if (arrival%label /= '') call check_closure(problem, run, trial%state, arrival%label, outcome)
@@ -88,11 +88,11 @@ contains
       call record_trial()
       if (allocated(outcome%why)) return
       call announce_missed()
-      if (arrival%label /= '') call announce_contact(problem, run, trial, arrival, findings, recorder, outcome)
+      if (arrival%label /= '') call announce_contact()
       if (finished) call announce(problem, run, new_critical('EP', 'end of the step', findings%bars), trial, .true., &
          & recorder, outcome)
       if (allocated(outcome%why)) return
-      call arrive(problem, run, trial, arrival, findings)
+      call arrive()
 
    contains
 
@@ -124,21 +124,45 @@ contains
          if (allocated(arrival%tries)) findings%as_it_is = findings%as_it_is .or. arrival%tries > 0
       end subroutine begin_findings
 
-      !> Reports events that were not located. They are reported at the trial, the next point of the path.
-      subroutine announce_missed()
+      !> Checks each located event and computes its error bars, up to the first that requires another increment.
+      subroutine settle_events()
          integer :: i
          do i = 1, size(findings%seen)
-            if (findings%duplicate(i) .or. findings%seen(i)%located) cycle
-            associate (event => findings%seen(i)%event)
-               call announce(problem, run, new_critical(event%label, event%note), trial, .false., recorder, outcome)
-               call note_bracketed(outcome, event%note, run%last%state%load_factor, trial%state%load_factor)
-               finished = finished .or. event%kind == event_stop
-               ! The point is stored for the closure check; no branch can start from it.
-               call keep_critical_point(problem, run, event%label, trial%state, trial%state, 1.0_wp, &
-                  & run%arc_length + path_length(problem, run%last%state, trial%state), trial%test_values%negative_pivots, 0)
-            end associate
+            if (findings%duplicate(i) .or. findings%beside(i) > 0) cycle
+            if (.not. findings%seen(i)%located) then
+               findings%duplicate(i) = turns_by_rounding(problem, step, run, trial, findings%seen(i))
+               cycle
+            end if
+            call settle_event(i)
+            if (request%shorter .or. request%repeats_increment()) return
          end do
-      end subroutine announce_missed
+      end subroutine settle_events
+
+      !> Decides about one located event: it is rejected as spurious, accepted with error bars, or located again on a shorter
+      !> increment or another mesh.
+      subroutine settle_event(i)
+         integer, intent(in) :: i               ! index into findings%seen
+         associate (located_event => findings%seen(i))
+            findings%duplicate(i) = turns_by_rounding(problem, step, run, trial, located_event)
+            if (findings%duplicate(i)) return
+            ! The closure of a branch already has the error bars of its point on the parent path.
+            if (allocated(located_event%bars)) return
+            request%shorter = arrival%can_cut .and. located_event%event%kind == event_stop .and. hides_release(problem, run, &
+               & findings, i)
+            if (request%shorter) return
+            call bars_at_event(problem, step, run, trial, located_event%event, located_event%point, located_event%bars, &
+               & findings%as_it_is)
+            ! The error bars may show that the rounding error is larger than assumed before.
+            findings%duplicate(i) = turns_by_rounding(problem, step, run, trial, located_event)
+            if (findings%duplicate(i)) return
+            call check_limit_shift(problem, run, trial, located_event)
+            if (allocated(arrival%tries)) &
+               & call request_mesh_at_event(problem, step, run, located_event, arrival%tries, outcome, request)
+            if (request%repeats_increment()) return
+            call check_single_path(located_event)
+            request%shorter = arrival%can_cut .and. .not. located_event%located
+         end associate
+      end subroutine settle_event
 
       !> Computes the error bars of the trial, if the deck requests them or a mesh request depends on them.
       subroutine settle_trial()
@@ -164,91 +188,20 @@ contains
          if (.not. (critical .or. step%bars_everywhere)) deallocate (findings%bars)
       end subroutine settle_trial
 
-      !> Records the trial as a point.
-      subroutine record_trial()
-         integer :: pivots
-         ! At a contact change the tangent may be singular, for example if a point contact has zero relative curvature and the free
-         ! span beside it is in neutral equilibrium. The number of negative pivots just before the change is used.
-         pivots = trial%system%negative_pivots
-         if (arrival%changes) pivots = count_before(run, findings%seen, findings%duplicate, 1.0_wp)
-         call record(problem, run, trial, merge('EP', arrival%label, findings%stops), arrival%report, recorder, outcome, &
-            & arrival%changing, findings%bars, smooth=.true., pivots=pivots)
-      end subroutine record_trial
-   end subroutine accept
-
-   !> Checks each located event and computes its error bars, up to the first that requires another increment.
-   subroutine settle_events(problem, step, run, trial, arrival, findings, request, outcome)
-      type(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run
-      type(path_point_t), intent(in) :: trial
-      type(arrival_t), intent(in) :: arrival
-      type(findings_t), intent(inout) :: findings
-      type(request_t), intent(inout) :: request
-      type(outcome_t), intent(in) :: outcome
-      integer :: i
-      do i = 1, size(findings%seen)
-         if (findings%duplicate(i) .or. findings%beside(i) > 0) cycle
-         if (.not. findings%seen(i)%located) then
-            findings%duplicate(i) = turns_by_rounding(problem, step, run, trial, findings%seen(i))
-            cycle
-         end if
-         call settle_event()
-         if (request%shorter .or. request%repeats_increment()) return
-      end do
-
-   contains
-
-      !> Decides about one located event: it is rejected as spurious, accepted with error bars, or located again on a shorter
-      !> increment or another mesh.
-      subroutine settle_event()
-         associate (located_event => findings%seen(i))
-            findings%duplicate(i) = turns_by_rounding(problem, step, run, trial, located_event)
-            if (findings%duplicate(i)) return
-            ! The closure of a branch already has the error bars of its point on the parent path.
-            if (allocated(located_event%bars)) return
-            request%shorter = arrival%can_cut .and. located_event%event%kind == event_stop .and. hides_release(problem, run, &
-               & findings, i)
-            if (request%shorter) return
-            call bars_at_event(problem, step, run, trial, located_event%event, located_event%point, located_event%bars, &
-               & findings%as_it_is)
-            ! The error bars may show that the rounding error is larger than assumed before.
-            findings%duplicate(i) = turns_by_rounding(problem, step, run, trial, located_event)
-            if (findings%duplicate(i)) return
-            call check_limit_shift(problem, run, trial, located_event)
-            if (allocated(arrival%tries)) &
-               & call request_mesh_at_event(problem, step, run, located_event, arrival%tries, outcome, request)
-            if (request%repeats_increment()) return
-            call check_single_path(located_event)
-            request%shorter = arrival%can_cut .and. .not. located_event%located
-         end associate
-      end subroutine settle_event
-   end subroutine settle_events
-
-   !> Records the located events in their order, up to the event that ends the step.
-   subroutine record_events(problem, step, run, trial, findings, recorder, finished, outcome)
-      type(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run
-      type(path_point_t), intent(in) :: trial
-      type(findings_t), intent(in) :: findings
-      class(recorder_t), intent(inout) :: recorder
-      logical, intent(out) :: finished
-      type(outcome_t), intent(inout) :: outcome
-      integer, allocatable :: order(:)
-      integer :: i, k
-      finished = .false.
-      order = ascending(findings%seen%fraction)
-      do i = 1, size(order)
-         k = order(i)
-         if (findings%duplicate(k) .or. findings%beside(k) > 0 .or. .not. findings%seen(k)%located) cycle
-         call record_event(problem, step, run, trial, findings%seen(k), count_before(run, findings%seen, findings%duplicate, &
-            & findings%seen(k)%fraction), recorder, finished, outcome)
-         if (.not. allocated(outcome%why)) call announce_beside(k)
-         if (finished .or. allocated(outcome%why)) return
-      end do
-
-   contains
+      !> Records the located events in their order, up to the event that ends the step.
+      subroutine record_events()
+         integer, allocatable :: order(:)
+         integer :: i, k
+         order = ascending(findings%seen%fraction)
+         do i = 1, size(order)
+            k = order(i)
+            if (findings%duplicate(k) .or. findings%beside(k) > 0 .or. .not. findings%seen(k)%located) cycle
+            call record_event(problem, step, run, trial, findings%seen(k), count_before(run, findings%seen, findings%duplicate, &
+               & findings%seen(k)%fraction), recorder, finished, outcome)
+            if (.not. allocated(outcome%why)) call announce_beside(k)
+            if (finished .or. allocated(outcome%why)) return
+         end do
+      end subroutine record_events
 
       !> Reports a limit point at the corner of a contact change. (The point recorded last is the contact change.)
       subroutine announce_beside(change)
@@ -261,59 +214,74 @@ contains
                & seen(change)%point, .true., recorder, outcome)
          end associate
       end subroutine announce_beside
-   end subroutine record_events
 
-   !> Reports the contact change at the trial; the caller gives its label and multiplicity.
-   subroutine announce_contact(problem, run, trial, arrival, findings, recorder, outcome)
-      type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run
-      type(path_point_t), intent(in) :: trial
-      type(arrival_t), intent(in) :: arrival
-      type(findings_t), intent(in) :: findings
-      class(recorder_t), intent(inout) :: recorder
-      type(outcome_t), intent(inout) :: outcome
-      type(error_bars_t), allocatable :: bars    ! not allocated if the contact change is only bracketed
-      character(:), allocatable :: note
-      integer :: i
-      note = contact_words(arrival%label, arrival%divides)
-      if (allocated(findings%bars) .and. .not. arrival%bracketed) bars = findings%bars
-      do i = 1, arrival%times
-         call announce(problem, run, new_critical(arrival%label, note, bars), trial, .not. arrival%bracketed, recorder, &
-            & outcome)
-      end do
-      if (arrival%bracketed) call note_bracketed(outcome, note, run%last%state%load_factor, trial%state%load_factor)
-      call keep_critical_point(problem, run, arrival%label, trial%state, trial%state, 1.0_wp, run%arc_length + &
-         & path_length(problem, run%last%state, trial%state), trial%test_values%negative_pivots, 0)
-   end subroutine announce_contact
+      !> Records the trial as a point.
+      subroutine record_trial()
+         integer :: pivots
+         ! At a contact change the tangent may be singular, for example if a point contact has zero relative curvature and the free
+         ! span beside it is in neutral equilibrium. The number of negative pivots just before the change is used.
+         pivots = trial%system%negative_pivots
+         if (arrival%changes) pivots = count_before(run, findings%seen, findings%duplicate, 1.0_wp)
+         call record(problem, run, trial, merge('EP', arrival%label, findings%stops), arrival%report, recorder, outcome, &
+            & arrival%changing, findings%bars, smooth=.true., pivots=pivots)
+      end subroutine record_trial
 
-   !> Makes the trial the last point of the run. Bifurcations behind the trial do not count in its number of negative pivots.
-   subroutine arrive(problem, run, trial, arrival, findings)
-      type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run
-      type(path_point_t), intent(in) :: trial
-      type(arrival_t), intent(in) :: arrival
-      type(findings_t), intent(inout) :: findings
-      real(wp) :: rise
-      integer :: i
-      rise = trial%state%load_factor - run%last%state%load_factor
-      run%on_bifurcation = any(findings%seen%event%kind == event_bifurcation .and. findings%seen%located .and. &
-         & findings%seen%fraction >= 1.0_wp - same_place)
-      run%step_points = run%step_points + 1
-      run%last_load = rise
-      call go_to(problem, run, trial)
-      associate (seen => findings%seen, pivots => run%last%test_values%negative_pivots)
-         do i = 1, size(seen)
-            if (seen(i)%later) pivots = pivots - nint(sign(1.0_wp, seen(i)%event%before))
+      !> Reports events that were not located. They are reported at the trial, the next point of the path.
+      subroutine announce_missed()
+         integer :: i
+         do i = 1, size(findings%seen)
+            if (findings%duplicate(i) .or. findings%seen(i)%located) cycle
+            associate (event => findings%seen(i)%event)
+               call announce(problem, run, new_critical(event%label, event%note), trial, .false., recorder, outcome)
+               call note_bracketed(outcome, event%note, run%last%state%load_factor, trial%state%load_factor)
+               finished = finished .or. event%kind == event_stop
+               ! The point is stored for the closure check; no branch can start from it.
+               call keep_critical_point(problem, run, event%label, trial%state, trial%state, 1.0_wp, &
+                  & run%arc_length + path_length(problem, run%last%state, trial%state), trial%test_values%negative_pivots, 0)
+            end associate
          end do
-      end associate
-      ! Changes of contact at nodes without a label depend on the mesh and do not count as corners of the path.
-      if (arrival%bracketed .or. .not. (arrival%label /= '' .or. arrival%changes)) return
-      run%arrived = arrived_t(point=run%points, load_rate=trial%tangent%load, load_factor=trial%state%load_factor, &
-         & monitor=trial%test_values%monitor)
-      if (allocated(arrival%bars)) then
-         run%arrived%bars = arrival%bars
-      else if (allocated(findings%bars)) then
-         run%arrived%bars = findings%bars
-      end if
-   end subroutine arrive
+      end subroutine announce_missed
+
+      !> Reports the contact change at the trial; the caller gives its label and multiplicity.
+      subroutine announce_contact()
+         type(error_bars_t), allocatable :: bars    ! not allocated if the contact change is only bracketed
+         character(:), allocatable :: note
+         integer :: i
+         note = contact_words(arrival%label, arrival%divides)
+         if (allocated(findings%bars) .and. .not. arrival%bracketed) bars = findings%bars
+         do i = 1, arrival%times
+            call announce(problem, run, new_critical(arrival%label, note, bars), trial, .not. arrival%bracketed, recorder, &
+               & outcome)
+         end do
+         if (arrival%bracketed) call note_bracketed(outcome, note, run%last%state%load_factor, trial%state%load_factor)
+         call keep_critical_point(problem, run, arrival%label, trial%state, trial%state, 1.0_wp, run%arc_length + &
+            & path_length(problem, run%last%state, trial%state), trial%test_values%negative_pivots, 0)
+      end subroutine announce_contact
+
+      !> Makes the trial the last point of the run. Bifurcations behind the trial do not count in its number of negative pivots.
+      subroutine arrive()
+         real(wp) :: rise
+         integer :: i
+         rise = trial%state%load_factor - run%last%state%load_factor
+         run%on_bifurcation = any(findings%seen%event%kind == event_bifurcation .and. findings%seen%located .and. &
+            & findings%seen%fraction >= 1.0_wp - same_place)
+         run%step_points = run%step_points + 1
+         run%last_load = rise
+         call go_to(problem, run, trial)
+         associate (seen => findings%seen, pivots => run%last%test_values%negative_pivots)
+            do i = 1, size(seen)
+               if (seen(i)%later) pivots = pivots - nint(sign(1.0_wp, seen(i)%event%before))
+            end do
+         end associate
+         ! Changes of contact at nodes without a label depend on the mesh and do not count as corners of the path.
+         if (arrival%bracketed .or. .not. (arrival%label /= '' .or. arrival%changes)) return
+         run%arrived = arrived_t(point=run%points, load_rate=trial%tangent%load, load_factor=trial%state%load_factor, &
+            & monitor=trial%test_values%monitor)
+         if (allocated(arrival%bars)) then
+            run%arrived%bars = arrival%bars
+         else if (allocated(findings%bars)) then
+            run%arrived%bars = findings%bars
+         end if
+      end subroutine arrive
+   end subroutine accept
 end module path_acceptance
