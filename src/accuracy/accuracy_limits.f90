@@ -19,10 +19,10 @@ contains
    !> a contact. An end of contact with a foundation, or a corner of the foundation's law, should be an interface point of the mesh.
    !> If it is not, the kink lies inside an element and has an error estimate of its own (inner_kinks). The UL2 element has no
    !> enriched form.
-   function why_no_bars(problem, state, as_it_is, smallest) result(why)
+   function why_no_bars(problem, state, keeps_mesh, smallest) result(why)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      logical, intent(in), optional :: as_it_is  !! true: the mesh is not refined because of these kinks
+      logical, intent(in), optional :: keeps_mesh !! true: the mesh is not refined because of these kinks
       real(wp), intent(in), optional :: smallest !! smallest gap that location could resolve at an end of foundation contact, see
       !! element_cuts
       character(:), allocatable :: why
@@ -37,8 +37,8 @@ contains
          if (is_stop(problem, c)) cycle
          if (size(problem%model%contact(problem%candidates%contact(c))%node) > 1) why = 'contact is at the nodes of the mesh'
       end do
-      if (present(as_it_is)) then
-         if (as_it_is) return
+      if (present(keeps_mesh)) then
+         if (keeps_mesh) return
       end if
       if (problem%ground%chain%n > 0) rounding = gap_rounding(state)
       do c = 1, problem%ground%chain%n

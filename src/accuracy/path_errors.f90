@@ -65,7 +65,7 @@ module path_errors
 contains
 
    !> Errors at a point of the path under the constraint of its control: given load, given monitor, or the plane normal to the path.
-   subroutine point_errors(problem, finer, state, system, control, heading, bars, places, as_it_is)
+   subroutine point_errors(problem, finer, state, system, control, heading, bars, places, keeps_mesh)
       type(problem_t), intent(in) :: problem
       type(enriched_problem_t), intent(inout), target :: finer !! the enriched problem; it is made here if necessary
       type(state_t), intent(in) :: state         !! converged
@@ -74,7 +74,7 @@ contains
       type(path_tangent_t), intent(in) :: heading     !! path tangent at `state`
       type(error_bars_t), intent(out) :: bars
       logical, intent(in) :: places              !! true: the positions of touchdown points also get errors
-      logical, intent(in), optional :: as_it_is  !! true: the mesh is not refined because of kinks inside elements, see why_no_bars
+      logical, intent(in), optional :: keeps_mesh !! true: the mesh is not refined because of kinks inside elements, see why_no_bars
       type(enriched_path_t) :: path
       type(enriched_point_t) :: point
       type(contributions_t) :: shares
@@ -83,7 +83,7 @@ contains
       real(wp) :: sizes(2)
       logical :: hidden(problem%model%mesh%n_elements)
       integer, allocatable :: ends(:)
-      bars = no_error_bars(size(problem%model%monitor), why_no_bars(problem, state, as_it_is))
+      bars = no_error_bars(size(problem%model%monitor), why_no_bars(problem, state, keeps_mesh))
       hidden = may_be_open(problem, state)
       if (any(hidden)) bars%may_change = hidden
       if (bars%why /= '') return
@@ -113,7 +113,7 @@ contains
 
    !> Errors of a located event. The distance to the event along the path of the enriched problem is the value of the event function
    !> on the enriched problem, divided by the slope of the function.
-   subroutine event_errors(problem, finer, state, system, zero, heading, length, rise, bars, as_it_is)
+   subroutine event_errors(problem, finer, state, system, zero, heading, length, rise, bars, keeps_mesh)
       type(problem_t), intent(in) :: problem
       type(enriched_problem_t), intent(inout), target :: finer !! the enriched problem; it is made here if necessary
       type(state_t), intent(in) :: state         !! located state of the event
@@ -122,7 +122,7 @@ contains
       type(path_tangent_t), intent(in) :: heading     !! path tangent at `state`
       real(wp), intent(in) :: length, rise !! arc length, and change of the load factor, of the increment that contains the event
       type(error_bars_t), intent(out) :: bars
-      logical, intent(in), optional :: as_it_is  !! true: the mesh is not refined because of kinks inside elements, see why_no_bars
+      logical, intent(in), optional :: keeps_mesh !! true: the mesh is not refined because of kinks inside elements, see why_no_bars
       type(control_t) :: control
       type(enriched_path_t) :: path
       type(enriched_point_t) :: first
@@ -135,7 +135,7 @@ contains
       real(wp) :: reach, local, most, uncertainty, noise
       integer, allocatable :: ends(:)
       integer :: e
-      bars = no_error_bars(size(problem%model%monitor), why_no_bars(problem, state, as_it_is, &
+      bars = no_error_bars(size(problem%model%monitor), why_no_bars(problem, state, keeps_mesh, &
          & located_gap(problem, zero, state)))
       if (bars%why /= '') return
       allocate (modes(size(system%residual), 0))

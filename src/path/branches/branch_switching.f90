@@ -45,7 +45,7 @@ contains
       type(error_t), allocatable :: error
       type(path_point_t) :: trial
       type(state_t) :: predicted
-      type(control_t) :: hold
+      type(control_t) :: plane
       real(wp), allocatable :: shape(:, :), chord(:, :), away(:, :), seen(:, :)
       real(wp) :: length, along, sense, drift
       integer :: try, node
@@ -67,25 +67,25 @@ contains
       allocate (seen(3, problem%deck%mesh%n_nodes))
       call deck_mode(problem, run%last%state, run%last%system, modes%x(:, mode), seen, sense)
       sense = side * sense
-      hold%method = method_linearised
-      hold%tangent = sense * shape
+      plane%method = method_linearised
+      plane%tangent = sense * shape
       ! Direction of the known path without its rounding error: that error contains a component of the null vector.
       chord = critical_point%direction - critical_point%drift
       along = metric(problem, chord, chord)
-      if (along > 0.0_wp) hold%tangent = hold%tangent - chord * (metric(problem, hold%tangent, chord) / along)
-      hold%tangent = hold%tangent / sqrt(metric(problem, hold%tangent, hold%tangent))
+      if (along > 0.0_wp) plane%tangent = plane%tangent - chord * (metric(problem, plane%tangent, chord) / along)
+      plane%tangent = plane%tangent / sqrt(metric(problem, plane%tangent, plane%tangent))
 
       length = distance
       do try = 1, max_tries
          trial = run%last
          call apply_increment(problem, run%last%system, sense * length * modes%x(:, mode), 0.0_wp, trial%state)
          predicted = trial%state
-         hold%increment = sense * length * metric(problem, hold%tangent, shape)
+         plane%increment = sense * length * metric(problem, plane%tangent, shape)
          ! The distance is measured from the known path without its rounding error, so that rounding does not move the points.
-         drift = metric(problem, hold%tangent, critical_point%drift)
-         if (abs(drift) >= 0.1_wp * abs(hold%increment)) drift = 0.0_wp
-         hold%increment = hold%increment - drift
-         call correct(problem, run%last%state, hold, .false., trial%state, trial%system, report)
+         drift = metric(problem, plane%tangent, critical_point%drift)
+         if (abs(drift) >= 0.1_wp * abs(plane%increment)) drift = 0.0_wp
+         plane%increment = plane%increment - drift
+         call correct(problem, run%last%state, plane, .false., trial%state, trial%system, report)
          if (report%converged) then
             report%converged = transverse_distance() <= straight * length
             if (.not. report%converged) report%message = 'no other path was found near the bifurcation'
@@ -130,7 +130,7 @@ contains
       !> lies between zero and four times its change.
       subroutine check_extremum()
          real(wp) :: change, rate
-         away = trial%state%u - (run%last%state%u - drift * hold%tangent)
+         away = trial%state%u - (run%last%state%u - drift * plane%tangent)
          change = trial%state%load_factor - run%last%state%load_factor
          trial%tangent = path_tangent_at(problem, trial%system, away, change)
          if (abs(change) <= step%locate_tolerance * abs(trial%state%load_factor)) return

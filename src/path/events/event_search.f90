@@ -23,7 +23,7 @@ module event_search
       integer, allocatable :: beside(:) !! (seen) for a limit point at a corner: index of the contact change at the same position;
       !! 0: none
       logical :: stops = .false.               !! the trial meets the stop condition of the step
-      logical :: as_it_is = .false.            !! true: the mesh is not refined for this increment, however large the errors are
+      logical :: keeps_mesh = .false.            !! true: the mesh is not refined for this increment, however large the errors are
       type(error_bars_t), allocatable :: bars  !! error bars of the trial; not allocated: the deck requests none for it
    end type findings_t
 

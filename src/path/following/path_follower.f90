@@ -1,7 +1,8 @@
 !> Follows a path point by point. The method is the loop of follow_points:
 !>
-!>   predict       controlled quantity, increment and path tangent (set_control)
-!>   correct       Newton's method with the constraint of the control (increment_trials)
+!>   prepare       controlled quantity, increment and path tangent (set_control)
+!>   solve         Newton's method with the constraint of the control (increment_trials, corrector); its first step, from the
+!>                 equations factored at the last point, is the predictor
 !>   compare       is the trial on the path ahead? (increment_trials), else a remedy (step_recovery)
 !>   on the way    changes of the contact set (span_changes); limit points, bifurcations, contact, values (path_acceptance)
 !>   record        events and the trial (path_acceptance), unless the increment must be repeated (trial_request, increment_retries)

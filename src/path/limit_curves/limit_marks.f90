@@ -61,16 +61,16 @@ contains
       logical, intent(out) :: ok                              !! false: no equilibrium was found
       type(state_t) :: there
       type(system_t) :: system
-      type(control_t) :: hold
+      type(control_t) :: plane
       type(increment_t) :: report
       call carry_over(problem, next, state, direction)
       system = new_system(next)
-      hold%method = method_linearised
-      hold%tangent = direction
-      hold%increment = 0.0_wp
+      plane%method = method_linearised
+      plane%tangent = direction
+      plane%increment = 0.0_wp
       call copy_problem(next, problem)
       there = state
-      call correct(problem, there, hold, .true., state, system, report)
+      call correct(problem, there, plane, .true., state, system, report)
       ok = report%converged
    end subroutine transfer_and_solve
 end module limit_marks

@@ -51,7 +51,7 @@ contains
       !! unchanged if none was found
       logical, intent(out) :: done                          !! true: an equilibrium was found
       type(path_point_t) :: better
-      type(control_t) :: hold
+      type(control_t) :: constraint
       type(increment_t) :: report
       logical :: behind_flat
       done = run%last%system%ok
@@ -61,9 +61,9 @@ contains
       if (.not. (run%fresh .or. is_stress_free(run%last%state))) then
          ! Under load or displacement control the constraint keeps the controlled quantity. Under other strategies the constraint is
          ! the plane normal to the path, which contains an equilibrium at limit points as well.
-         hold = normal_plane(problem, run%last%state, run%last%tangent)
-         if (any(run%control%method == [method_load, method_displacement])) hold = run%control
-         hold%increment = 0.0_wp
+         constraint = normal_plane(problem, run%last%state, run%last%tangent)
+         if (any(run%control%method == [method_load, method_displacement])) constraint = run%control
+         constraint%increment = 0.0_wp
          call bring_to_balance()
          ! If the two meshes' results differ by more than all displacements so far, the result is a different equilibrium and
          ! rejected.
@@ -112,17 +112,17 @@ contains
          done = .false.
          ! A touchdown point counts as fast if it moves by the structure's size while the structure moves by its whole displacement.
          if (fastest > 0) then
-            if (rate * abs(hold%tangent_load) * sqrt(metric(problem, run%last%state%u, run%last%state%u)) > problem%size) &
+            if (rate * abs(constraint%tangent_load) * sqrt(metric(problem, run%last%state%u, run%last%state%u)) > problem%size) &
                & call stay_in_place(problem, run, fastest, better, done)
          end if
          if (done) return
          better%state = run%last%state
          better%system = run%last%system
-         call correct(problem, run%last%state, hold, .true., better%state, better%system, report, linearised=.true.)
+         call correct(problem, run%last%state, constraint, .true., better%state, better%system, report, linearised=.true.)
          done = better%system%ok .and. report%converged
          if (done) return
          better%state = run%last%state
-         call turn_at_least_curvature(problem, run%last%state, hold, better%state, done)
+         call turn_at_least_curvature(problem, run%last%state, constraint, better%state, done)
          behind_flat = done
          if (done) call move_to(problem, better%state, better)
       end subroutine bring_to_balance

@@ -120,8 +120,8 @@ contains
          ! The mesh is not refined if the deck gives it, or if it was already made anew for this increment: a second mesh made at
          ! the trial would lack nodes at the interface points of the first mesh. (The mesh of the next increment, which begins at a
          ! point before the event, has these nodes.)
-         findings%as_it_is = .not. any(problem%layout%rod_segment%placed)
-         if (allocated(arrival%tries)) findings%as_it_is = findings%as_it_is .or. arrival%tries > 0
+         findings%keeps_mesh = .not. any(problem%layout%rod_segment%placed)
+         if (allocated(arrival%tries)) findings%keeps_mesh = findings%keeps_mesh .or. arrival%tries > 0
       end subroutine begin_findings
 
       !> Checks each located event and computes its error bars, up to the first that requires another increment.
@@ -151,7 +151,7 @@ contains
                & findings, i)
             if (request%shorter) return
             call bars_at_event(problem, step, run, trial, located_event%event, located_event%point, located_event%bars, &
-               & findings%as_it_is)
+               & findings%keeps_mesh)
             ! The error bars may show that the rounding error is larger than assumed before.
             findings%duplicate(i) = turns_by_rounding(problem, step, run, trial, located_event)
             if (findings%duplicate(i)) return
@@ -175,7 +175,7 @@ contains
          if (.not. (allocated(findings%bars) .or. behind_end)) &
             & call bars_at_point(problem, step, run, trial, merge('  ', arrival%label, arrival%bracketed), findings%stops, 0, &
             & findings%bars, wanted=step%asked_of_path > 0.0_wp .and. any(problem%layout%rod_segment%placed), &
-            & changing=arrival%changing, as_it_is=findings%as_it_is .and. critical)
+            & changing=arrival%changing, keeps_mesh=findings%keeps_mesh .and. critical)
          if (behind_end .or. .not. allocated(findings%bars)) return
          if (can_remesh) call ask_for_mesh(problem, step, run, trial%state, trial%system%force_scale, findings%bars, critical, &
             & arrival%tries, outcome, request)

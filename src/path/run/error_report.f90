@@ -45,7 +45,7 @@ contains
 
    !> Computes the error bars of an event located between the last accepted point and a trial. For a detachment the estimator uses
    !> the reduced problem, that is, the structure without the elements of force-free line contacts.
-   subroutine bars_at_event(problem, step, run, trial, event, point, bars, as_it_is)
+   subroutine bars_at_event(problem, step, run, trial, event, point, bars, keeps_mesh)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run   !! its stored enriched problem is used again and updated
@@ -53,7 +53,7 @@ contains
       type(event_t), intent(in) :: event
       type(path_point_t), intent(in) :: point    !! the located event as a point of the path
       type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck requests none
-      logical, intent(in), optional :: as_it_is  !! true: the mesh is not refined because of these bars
+      logical, intent(in), optional :: keeps_mesh !! true: the mesh is not refined because of these bars
       type(zero_t) :: zero
       if (.not. step%error_bars) return
       allocate (bars)
@@ -67,7 +67,7 @@ contains
       else if (event%jumps) then
          ! At this event the free spans buckle: it is the point where the line contact vanishes, at the load of `point`.
          call point_errors(problem, run%mesh%enriched, point%state, point%system, control_t(method=method_linearised), &
-            & point%tangent, bars, places=.true., as_it_is=as_it_is)
+            & point%tangent, bars, places=.true., keeps_mesh=keeps_mesh)
          ! The numbers of negative pivots before and behind the event depend on the mesh and are not compared. Only the sign of the
          ! load rate behind the event is compared.
          bars%missed = 0
@@ -75,7 +75,7 @@ contains
          bars%unsure = bars%turned
       else if (event%prescribed) then
          call point_errors(problem, run%mesh%enriched, point%state, point%system, prescribed_change(event%monitor, 0.0_wp), &
-            & point%tangent, bars, places=.true., as_it_is=as_it_is)
+            & point%tangent, bars, places=.true., keeps_mesh=keeps_mesh)
       else if (event%meets) then
          call bars_on_crossing_path()
       else
@@ -102,7 +102,7 @@ contains
       subroutine errors_at_zero(bars)
          type(error_bars_t), intent(out) :: bars
          call event_errors(problem, run%mesh%enriched, point%state, point%system, zero, point%tangent, path_length(problem, &
-            & run%last%state, trial%state), trial%state%load_factor - run%last%state%load_factor, bars, as_it_is)
+            & run%last%state, trial%state), trial%state%load_factor - run%last%state%load_factor, bars, keeps_mesh)
       end subroutine errors_at_zero
 
       !> Bars of a bifurcation at which the load of this path has an extremum. They are computed on the path that crosses there,
@@ -114,7 +114,7 @@ contains
          call new_zero(problem, one, point%state, point%system, zero)
          call event_errors(problem, run%mesh%enriched, point%state, point%system, zero, tangent_without(problem, point%system, &
             & zero%modes), path_length(problem, run%last%state, trial%state), trial%state%load_factor - &
-            & run%last%state%load_factor, bars, as_it_is)
+            & run%last%state%load_factor, bars, keeps_mesh)
       end subroutine bars_on_crossing_path
 
       !> Bars of a detachment: a bifurcation of the reduced problem without force-free line contacts. There are no bars if free
@@ -149,7 +149,7 @@ contains
 
    !> Computes the error bars of an accepted point. The point is determined either by a test of contact spans that is zero, or by
    !> the constraint of the control.
-   subroutine bars_at_point(problem, step, run, point, label, finished, test, bars, wanted, changing, as_it_is)
+   subroutine bars_at_point(problem, step, run, point, label, finished, test, bars, wanted, changing, keeps_mesh)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run !! its last point is the previous point of the path; its stored enriched problem is
@@ -161,7 +161,7 @@ contains
       type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck requests none
       logical, intent(in), optional :: wanted    !! true: bars are computed at every point
       logical, intent(in), optional :: changing(:) !! (candidates) true: contact at the node begins or ends at `point`
-      logical, intent(in), optional :: as_it_is  !! true: the mesh is not refined because of these bars
+      logical, intent(in), optional :: keeps_mesh !! true: the mesh is not refined because of these bars
       type(zero_t) :: zero
       logical :: everywhere, has_zero
       everywhere = step%bars_everywhere
@@ -187,7 +187,7 @@ contains
          bars = no_error_bars(size(problem%model%monitor), 'a whole span lies down here')
       else
          call point_errors(problem, run%mesh%enriched, point%state, point%system, run%control, point%tangent, bars, &
-            & places=label /= '' .or. finished .or. step%bars_everywhere, as_it_is=as_it_is)
+            & places=label /= '' .or. finished .or. step%bars_everywhere, keeps_mesh=keeps_mesh)
       end if
       call timing_stop(phase_accuracy)
    end subroutine bars_at_point
