@@ -59,7 +59,7 @@ module path_errors
    !! step; with a smaller one there is no bar
    real(wp), parameter :: no_modes(0, 0) = reshape([real(wp) ::], [0, 0])
    character(*), parameter :: no_convergence = 'elements of a higher order do not converge from here', &
-      & no_function = 'what is zero at this point is not to be had from elements of a higher order', &
+      & no_function = 'the value that is zero at this point cannot be computed with elements of a higher order', &
       & not_known = 'sums of contact forces have no estimate'
 
 contains

@@ -24,11 +24,11 @@ module point_checks
 
    !> Smallest ratio of rounding error to stiffness along the path that causes a warning: limit points are shifted by this fraction
    !> of an increment, and their loads by its square.
-   real(wp), parameter :: told_rounding = 0.1_wp
+   real(wp), parameter :: warned_rounding = 0.1_wp
 
    !> Strain above which a warning is given. The rod theory neglects strain compared with 1: it uses the lengths, depths and
    !> stiffness of a section without strain. The relative errors of forces are as large as the strain.
-   real(wp), parameter :: told_strain = 0.05_wp
+   real(wp), parameter :: warned_strain = 0.05_wp
 
    ! Bounds of the checks, far above the values at converged points:
    real(wp), parameter :: unbalanced = 1.0e-4_wp     !! largest unbalanced force, over the largest force
@@ -75,7 +75,7 @@ contains
          call largest_strain(problem, state, strain, e)
          if (.not. strain > 0.0_wp) return
          call note_worst(accuracy, check_strain, strain, at, element=problem%model%mesh%element_label(e))
-         if (strain > told_strain) call warn('strains are large', scientific(strain, 2)//' in element '// &
+         if (strain > warned_strain) call warn('strains are large', scientific(strain, 2)//' in element '// &
             & to_text(problem%model%mesh%element_label(e))//', and the rod theory assumes small strains: its forces are wrong '// &
             & 'by about that part', accuracy%strain_words)
       end subroutine warn_of_strain
@@ -110,7 +110,7 @@ contains
          ! At a located point some function is zero: the stiffness there is no reference for later points.
          if (point%label == '') accuracy%stiffness = stiffness
          call note_worst(accuracy, check_rounding, rounding / scale, at)
-         if (rounding > told_rounding * scale) call warn('rounding spoils limit points and stability', &
+         if (rounding > warned_rounding * scale) call warn('rounding spoils limit points and stability', &
             & 'it makes '//scientific(rounding / scale, 2)//' of the stiffness along the path: '// &
             & rounding_cure(problem, state), accuracy%rounding_words)
       end subroutine warn_of_rounding

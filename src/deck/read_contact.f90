@@ -69,7 +69,7 @@ contains
       subroutine read_force()
          type(law_t) :: law
          if (deck%given('LAW') .eqv. deck%given('STIFFNESS')) then
-            call deck%wrong_card('the force of soil is told by either STIFFNESS or LAW')
+            call deck%wrong_card('the force of soil is given by either STIFFNESS or LAW')
          else if (deck%given('LAW')) then
             soil%law = deck%named('LAW', deck%names%law, 'foundation law')
             if (deck%given('LIMIT')) call deck%wrong('LIMIT', 'a law has its own limit')

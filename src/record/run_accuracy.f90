@@ -94,7 +94,7 @@ module run_accuracy
       & check_t('rounding', 'rounding / stiffness along the path', 'largest part of the stiffness along the path that is '// &
       & 'rounding'), &
       & check_t('error_bar', 'error bar of a critical load / load', 'widest error bar of a critical load over the largest '// &
-      & 'load factor of its step so far; point 0: none was told', if_found=.true.), &
+      & 'load factor of its step so far; point 0: there is none', if_found=.true.), &
       & check_t('rolling', 'roll left open / size of the structure', 'largest way over the size of the structure that a '// &
       & 'rod may roll about its clamp, either way, as the loads do not tell; displacements are those in the middle; point '// &
       & '0: it may not', if_found=.true.), &

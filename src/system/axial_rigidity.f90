@@ -1,8 +1,8 @@
 !> Inextensible rods: corrects solutions for the artificial extension in the factored tangent.
 !>
-!> The stored section forces and defects of inextensible elements have 1/EA = 0, so that equilibrium is exact. Since a straight
-!> element would have an infinite axial stiffness, the tangent has an artificial axial compliance, a small part of the bending
-!> compliance (ge_element). Solutions with the factored tangent are corrected here: the artificial extension of each element is
+!> The equations inside inextensible elements have 1/EA = 0, so that equilibrium is exact. Since a straight element would have
+!> an infinite axial stiffness, the tangent has an artificial axial compliance, a small part of the bending compliance
+!> (ge_element). Solutions with the factored tangent are corrected here: the artificial extension of each element is
 !> applied to it as a stress-free distortion of opposite sign. Each correction reduces the error by the small ratio of the two
 !> compliances.
 module axial_rigidity

@@ -432,7 +432,7 @@ contains
          ! not reported here, except on foundations from which rods lift off.
          if (.not. (bars%too_coarse .or. (made .and. (any(label == ['LP', 'BP', 'EP']) .or. &
             & (any(.not. problem%ground%chain%bilateral(:problem%ground%chain%n)) .and. is_contact_label(label)))))) return
-         accuracy%bar_words = 'whether the errors'//there//' are what was asked for is not known: '//bars%why
+         accuracy%bar_words = 'it is not known whether the errors'//there//' are within the tolerance: '//bars%why
          return
       end if
       asked = tolerance_at(problem, step, label)
