@@ -258,8 +258,7 @@ contains
       if (zero%test > 0) then
          allocate (bars)
          call event_errors(begun, finer, touched%state, touched%system, zero, path_tangent_at(begun, &
-            & touched%system, &
-            & 0.0_wp * touched%state%u, point%tangent%load), path_length(problem, run%last%state, point%state), &
+            & touched%system, 0.0_wp * touched%state%u, point%tangent%load), path_length(problem, run%last%state, point%state), &
             & point%state%load_factor - run%last%state%load_factor, bars)
          if (allocated(bars%share)) bars%share = shares_on(begun, touched%state, bars%share, problem, point%state)
          ! The result has the monitors of the problem without the new contact. The bars are shifted by the difference between the
