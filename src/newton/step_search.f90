@@ -1,10 +1,10 @@
 !> Shortens a Newton step that is too long because of a foundation.
 !>
-!> The forces of a foundation have a corner where contact begins, so that the tangent of one side says nothing of the other one. If a
-!> structure loses its last contact in an iteration, it has almost no stiffness, and the next step is arbitrarily long; near a corner
-!> two steps may lead back and forth between its sides without end. In both cases the step leads beyond the place where the work of
-!> the unbalanced forces along the step changes its sign; from that place Newton's method converges. The search is made only if the
-!> work behind this place is nearly as large as that before it, because the tangent behind it makes up for a smaller one.
+!> The forces of a foundation have a corner where contact begins, so that the tangent of one side says nothing of the other one.
+!> If a structure loses its last contact in an iteration, it has almost no stiffness, and the next step is arbitrarily long; near a
+!> corner two steps may lead back and forth between its sides without end. In both cases the step leads beyond the place where the
+!> work of the unbalanced forces along the step changes its sign; from that place Newton's method converges. The search is made only
+!> if the work behind this place is nearly as large as that before it, because the tangent there makes up for a smaller one.
 module step_search
    use kinds, only: wp
    use problem, only: problem_t

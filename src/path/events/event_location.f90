@@ -93,7 +93,8 @@ contains
                & here%system, report, exact=problem%model%step(problem%step)%locate_tolerance)
             if (.not. report%converged) return
             if (.not. alike(problem, from%state, here%state)) return
-            if (.not. lies_between(problem, from%state, trial%state, division%chord, from%tangent, trial%tangent, here%state)) return
+            if (.not. lies_between(problem, from%state, trial%state, division%chord, from%tangent, trial%tangent, &
+               & here%state)) return
             here%tangent = path_tangent_of(problem, run, here)
             call evaluate_tests(problem, here)
             located_event%point = here
@@ -158,8 +159,8 @@ contains
       !> (maximum) or above (minimum) the loads of both ends.
       logical function satisfies_definition() result(right)
          right = run%fresh .or. .not. alike(problem, run%last%state, located_event%point%state)
-         if (.not. right) right = lies_between(problem, run%last%state, trial%state, division%chord, run%last%tangent, trial%tangent, &
-            & located_event%point%state)
+         if (.not. right) right = lies_between(problem, run%last%state, trial%state, division%chord, run%last%tangent, &
+            & trial%tangent, located_event%point%state)
          if (located_event%event%kind == event_limit) right = right .and. is_extreme(step, run%last%state%load_factor, &
             & trial%state%load_factor, located_event)
       end function satisfies_definition
