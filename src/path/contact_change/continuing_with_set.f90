@@ -39,6 +39,7 @@ contains
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(other_set_t) :: first, next
+      logical :: passes
       finished = .false.
       call try_sets(problem, step, run, run%last, first, next, changed)
       if (changed) then
@@ -46,6 +47,10 @@ contains
       else
          call ask_nodes(problem, run, reach, next, changed)
          if (.not. changed) return
+         ! A value that the deck asks for has no equilibrium with a set that is valid only behind it.
+         call come_before_values(problem, step, run, .false., next, passes)
+         changed = .not. passes
+         if (passes) return
          call go_to_next(problem, step, run, next, recorder, finished, outcome)
       end if
       if (.not. (finished .or. allocated(outcome%why))) call check_return(problem, step, run, outcome)

@@ -63,6 +63,7 @@ contains
       type(strip_t), allocatable :: strip(:)
       type(edit_place_t), allocatable :: edit_place(:)
       type(tried_set_t), allocatable :: valid(:)
+      type(tried_set_t) :: trial                  ! the set found
       real(wp) :: wide                            ! longest free span that vanishes / length of the strip
       integer :: best
       strip = find_strips(problem%layout)
@@ -90,16 +91,17 @@ contains
       else if (decided(here, valid)) then
          best = size(valid)
       end if
-      call copy_other_set(valid(best)%set, first)
+      call copy_trial(valid(best), trial)
+      call copy_other_set(trial%set, first)
       if (here%at_change) then
-         call pass_zeros(valid(best), first)
-         call enlarge(step, run, here, strip, edit_place, valid)
-         call copy_other_set(valid(best)%set, next)
+         call pass_zeros(trial, first)
+         call enlarge(step, run, here, strip, edit_place, trial)
+         call copy_other_set(trial%set, next)
          next%problem%contact_span%number = first%problem%contact_span%number
-         call pass_zeros(valid(best), next)
+         call pass_zeros(trial, next)
       else
-         call copy_other_set(valid(best)%set, next)
-         next%path_point_t = valid(best)%there
+         call copy_other_set(trial%set, next)
+         next%path_point_t = trial%there
       end if
       next%label = '  '
 
@@ -125,25 +127,25 @@ contains
    !> Enlarges the new contact or free span of a set found until the path can continue from there: by its length as long as the load
    !> factor has changed by less than the smallest increment, since a span that opens in a line contact may grow with a small power
    !> of the load, then by the load.
-   subroutine enlarge(step, run, here, strip, edit_place, valid)
+   subroutine enlarge(step, run, here, strip, edit_place, trial)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here    !! the present set, at a located change
       type(strip_t), intent(in) :: strip(:)
       type(edit_place_t), intent(in) :: edit_place(:)
-      type(tried_set_t), allocatable, intent(inout) :: valid(:) !! the set found
+      type(tried_set_t), intent(inout) :: trial   !! the set found
       type(tried_set_t), allocatable :: larger(:)
       real(wp) :: length
-      length = first_length(valid(1)%length)
-      do while (valid(1)%sized .and. .not. load_changes(here, valid(1)%set))
+      length = first_length(trial%length)
+      do while (trial%sized .and. .not. load_changes(here, trial%set))
          length = growth * length
          if (length > most_of_strip) return
          call try_edits(step, run, here, strip, edit_place, [length], larger)
          if (size(larger) == 0) return
-         if (.not. same_kind(larger(1)%set%problem, valid(1)%set%problem)) return
-         call move_alloc(larger, valid)
+         if (larger(1)%passes_limit .or. .not. same_kind(larger(1)%set%problem, trial%set%problem)) return
+         call copy_trial(larger(1), trial)
       end do
-      if (valid(1)%sized) call go_on(here, valid(1))
+      if (trial%sized) call go_on(here, trial)
    end subroutine enlarge
 
    !> Labels the change from the present set to another one. The contacts are compared where the set was edited, because a contact
@@ -282,21 +284,22 @@ contains
 
    !> True if a set is found with which the path goes on, so that no further one need be tried. Where a free span vanishes, the set
    !> that begins first is not known before all are tried; where no change is located, the path turns back only if it cannot go on.
+   !> A set behind a limit point is taken only if no shorter length gives one before it.
    pure logical function decided(here, valid)
       type(change_place_t), intent(in) :: here
       type(tried_set_t), intent(in) :: valid(:)   !! the sets found so far
       decided = size(valid) > 0 .and. .not. here%vanishes
-      if (decided) decided = here%at_change .or. .not. valid(size(valid))%turns
+      if (decided) decided = .not. valid(size(valid))%passes_limit .and. (here%at_change .or. .not. valid(size(valid))%turns)
    end function decided
 
-   !> True if a set of the same kind is in a list.
+   !> True if a set of the same kind is in a list, with an equilibrium that is not behind a limit point.
    logical function is_among(trial, list)
       type(tried_set_t), intent(in) :: trial
       type(tried_set_t), intent(in) :: list(:)
       integer :: k
       is_among = .false.
       do k = 1, size(list)
-         is_among = is_among .or. same_kind(list(k)%set%problem, trial%set%problem)
+         is_among = is_among .or. (same_kind(list(k)%set%problem, trial%set%problem) .and. .not. list(k)%passes_limit)
       end do
    end function is_among
 

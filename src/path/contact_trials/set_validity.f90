@@ -79,6 +79,7 @@ module set_validity
       integer :: length = 1                       !! index of the prescribed length
       logical :: valid = .false.
       logical :: turns = .false.                  !! valid: the path turns back with this set
+      logical :: passes_limit = .false.           !! valid: a limit point lies between the change and the first equilibrium
       type(path_point_t) :: there                 !! valid: equilibrium at which the tests are satisfied, a short step further
       type(span_test_t), allocatable :: fails(:)  !! not valid: the tests that fail
       type(state_t) :: fails_at                   !! and the state at which they fail
@@ -150,6 +151,7 @@ contains
       logical :: decides                          ! the tests decide at the equilibrium
       decides = trial%sized .and. trial%edits == 1
       trial%valid = .false.
+      trial%passes_limit = .false.
       if (allocated(trial%fails)) deallocate (trial%fails)
       associate (set => trial%set)
          set%tangent = tangent_along(set, carried_field(here%problem, here%state, here%tangent%u, set%problem, &
@@ -169,6 +171,7 @@ contains
             if (decides .and. .not. any_fails(tests) .and. gaps_are_open(here, trial, set, tests)) then
                if (.not. on_path(run, here, set)) cycle
                trial%valid = .true.
+               trial%passes_limit = here%at_change .and. .not. here%kink .and. set%tangent%load * here%tangent%load < 0.0_wp
                trial%there = set%path_point_t
                if (.not. here%at_change) call begin_at_onset(step, run, here, trial)
                return
@@ -408,6 +411,7 @@ contains
       to%length = from%length
       to%valid = from%valid
       to%turns = from%turns
+      to%passes_limit = from%passes_limit
       to%there = from%there
       if (allocated(to%fails)) deallocate (to%fails)
       if (allocated(from%fails)) to%fails = from%fails
