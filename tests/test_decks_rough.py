@@ -134,6 +134,13 @@ def test_points_of_a_divided_one_that_would_pull(seed, amplitude, supports):
     random_column(seed, amplitude, supports)
 
 
+def test_a_limit_point_just_behind_a_spreading_contact():
+    """The first length that has an equilibrium lies behind the limit point, a shorter one before it. The load with its bar is that of
+    the same deck with error bars."""
+    first = random_column(2007, 0.0005, CLAMPED).labelled("LP")[0]
+    dr.assert_close(first.load_factor, 19.5456223, absolute=1.5e-6)
+
+
 def test_gaps_between_samples():
     """Where the gap beside a point is largest and least, samples that halve the way had the same gap on both sides."""
     random_column(2013, 0.002, HINGED)
