@@ -262,6 +262,8 @@ contains
             & edit_place, d, length)
          do k = 1, size(neighbour)
             if (here%vanishes .and. .not. closes(neighbour(k)%edit)) cycle
+            ! Where a free span vanishes, a length is prescribed only if no set without it is valid.
+            if (here%vanishes .and. any(neighbour(k)%held > 0) .and. size(valid) > 0) cycle
             call solve_neighbour(here, from%set%problem, from%set%state, run, strip, neighbour(k), &
                & from%edits == 0, trial%set, trial%edited_at, found)
             if (found) found = is_near(here, trial%set) .and. .not. same_kind(here%problem, trial%set%problem)

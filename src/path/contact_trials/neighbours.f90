@@ -155,7 +155,7 @@ contains
                call edit_point(set, k, strip, new, near, all)
             end if
          end do
-         call edit_free_spans(set, edit_place, strip, near, all)
+         call edit_free_spans(set, edit_place, strip, new, near, all)
          if (edit_place%contact > 0 .and. edit_place%kind == test_gap) call meet_obstacle(set, edit_place, strip, new, all)
          all(first + 1:)%length = number
       end subroutine edit_with
@@ -345,11 +345,11 @@ contains
    end subroutine edit_line
 
    !> Adds the edits of free spans at a place: the whole span comes into contact, or the contacts beside it merge.
-   subroutine edit_free_spans(set, edit_place, strip, near, all)
+   subroutine edit_free_spans(set, edit_place, strip, e, near, all)
       type(contact_span_t), intent(in) :: set(:)
       type(edit_place_t), intent(in) :: edit_place
       type(strip_t), intent(in) :: strip
-      real(wp), intent(in) :: near
+      real(wp), intent(in) :: e, near
       type(neighbour_t), allocatable, intent(inout) :: all(:)
       integer :: k, next, j
       real(wp) :: ends(2), whole(2)
@@ -422,11 +422,20 @@ contains
          if (.not. (set(one)%line .or. set(other)%line)) then
             call add(all, edit_merge, merged(set, one, other))
          else if (set(one)%line .and. .not. set(other)%line) then
-            call add(all, edit_merge, lost(end_moved(set, one, 2, set(other)%at(1)), other))
+            call join_point(other, one, 2)
          else if (set(other)%line .and. .not. set(one)%line) then
-            call add(all, edit_merge, lost(end_moved(set, other, 1, set(one)%at(1)), one))
+            call join_point(one, other, 1)
          end if
       end subroutine edit_gap
+
+      !> A point contact and an end of a line become the line's end: at the place of the point, or already on its way back. (Where
+      !> both meet at a joint of the obstacle no equilibrium exists with the end beyond the joint.)
+      subroutine join_point(point, line, side)
+         integer, intent(in) :: point, line, side
+         call add(all, edit_merge, lost(end_moved(set, line, side, set(point)%at(1)), point))
+         if (set(line)%at(2) - set(line)%at(1) > e) call add(all, edit_merge, lost(end_moved(set, line, side, &
+            & set(line)%at(side) + merge(e, -e, side == 1)), point), [merge(line - 1, line, point < line), 0], [side, side])
+      end subroutine join_point
    end subroutine edit_free_spans
 
    !> Appends a neighbour.
