@@ -30,6 +30,7 @@ module sized_equilibrium
 
    real(wp), parameter :: part_of_span = 1.0e-3_wp !! largest step of a place for finite differences / length of a span beside it
    real(wp), parameter :: shorter = 0.25_wp     !! factor on a move for which no equilibrium is found or errors grow
+   integer, parameter :: most_cuts = 5          !! number of times that a step for finite differences is shortened by this factor
    real(wp), parameter :: sharper = 1.0e-4_wp !! residual of the equilibrium for given unknowns / tolerance of the step: a free span
    !! between straight walls resists a shift along itself by hardly more than its residual
    real(wp), parameter :: neutral = 1.0e-8_wp   !! directions with smaller effect, as a share of the largest, are not moved
@@ -98,12 +99,17 @@ contains
          end do
       end subroutine shorten_steps
 
-      !> Derivatives of the errors by the unknowns, by finite differences.
+      !> Derivatives of the errors by the unknowns, by finite differences. Near a limit point there may be no equilibrium after the
+      !> whole step.
       subroutine find_slopes()
          real(wp) :: changed(n)
-         integer :: i
+         integer :: i, cut
          do i = 1, n
-            call go_by(merge(unit, 0.0_wp, [(c, c=1, n)] == i), state, other, changed)
+            do cut = 0, most_cuts
+               call go_by(merge(unit, 0.0_wp, [(c, c=1, n)] == i), state, other, changed)
+               if (ok) exit
+               unit(i) = shorter * unit(i)
+            end do
             if (.not. ok) return
             slope(i, :) = (changed - error) / unit(i)
          end do
