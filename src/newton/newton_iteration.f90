@@ -12,7 +12,7 @@ module newton_iteration
    use state_transfer, only: kept_t
    use contact_set, only: contact_step_t, solve_contact_step
    use foundation_limits, only: why_too_stiff
-   use step_search, only: shorten_step, step_work, torn
+   use step_search, only: shorten_step, step_work
    use touchdown_points, only: touchdown_t, move_touchdown_points
    use force_law, only: segment_unknown
    use ground_segments, only: segments_hold, assign_found_segments
@@ -47,6 +47,7 @@ module newton_iteration
       real(wp) :: gone = 0.0_wp !! largest movement of a touchdown point in the step, over the length of a span beside it
       real(wp) :: correction = 0.0_wp          !! squared size of the correction in the path metric, at the nodes of this step
       real(wp) :: largest = 0.0_wp             !! largest translation of a node in the step; huge if only the contact set changed
+      real(wp) :: forces_left = 0.0_wp         !! residual of forces and elements at the start of the next step
       real(wp) :: last_residual = 0.0_wp       !! residual before the step
       type(touchdown_t), allocatable :: touchdown(:) !! (candidates) conditions at touchdown points of the iterate; not allocated:
       !! unknown
@@ -73,6 +74,9 @@ module newton_iteration
    !! is still far from its final position
    integer, parameter :: stalled = 4 !! number of iterations without a smaller residual, over the number of allowed iterations,
    !! after which the iteration counts as cycling; with values from 2 to 8 every deck in input has the same results
+   real(wp), parameter :: far_worse = 10.0_wp !! factor on the residual above which the step may have been far too long; with values
+   !! up to 100 every deck in input has the same results; at 1 two have others
+   real(wp), parameter :: far_from_balance = 0.1_wp !! smallest residual before the step to which the factor far_worse is applied
    integer, parameter :: settling_iterations = 5 !! number of the iteration up to which both the last correction and the residual
    !! must be small
    real(wp), parameter :: of_root = 0.3_wp !! largest last correction, over the square root of the tolerated error: the remainder,
@@ -188,17 +192,15 @@ contains
 
    contains
 
-      !> Adds the solved step, shortened if foundations made it too long, and then moves the touchdown points.
+      !> Adds the solved step, shortened if foundations made it far too long, and then moves the touchdown points.
       subroutine take_step()
          type(state_t) :: from
          real(wp) :: work
          logical :: assembled
-         logical :: driven                     ! true: unbalanced forces cause the step, not the load or defects of elements
          from = state
          state%push = unknown_push
          associate (step => newton%step)
-            driven = newton%searching .and. system%force_residual > newton%tolerance .and. system%defect_residual < torn
-            if (driven) work = step_work(system, step%x)
+            if (newton%searching) work = step_work(system, step%x)
             call move(problem, system, step, state)
             if (system%gap_noise > noticed * newton%tolerance) call advance_pressures(problem, system, step%x, step%y, from, state)
             assembled = newton%searching
@@ -207,7 +209,8 @@ contains
                ! solved.
                call assemble(problem, state, newton%origin, system)
                if (.not. system%ok) return
-               if (driven) call shorten_step(problem, newton%origin, from, step%x, work, state, system)
+               if (max(system%force_residual, system%defect_residual) > far_worse * max(newton%forces_left, far_from_balance)) &
+                  & call shorten_step(problem, newton%origin, from, step%x, work, state, system)
             end if
          end associate
          newton%correction = metric(problem, state%u - from%u, state%u - from%u)
@@ -227,6 +230,7 @@ contains
             assembled = .false.
          end if
          if (.not. assembled) call assemble(problem, state, newton%origin, system)
+         newton%forces_left = max(system%force_residual, system%defect_residual)
       end subroutine take_step
    end subroutine follow_step
 
@@ -247,8 +251,8 @@ contains
       end if
    end subroutine measure
 
-   !> True if residual, last correction and constraint violation are small enough. If error bars require a
-   !> residual below the tolerance (`sharper`), a residual within the tolerance that no longer decreases is accepted, too.
+   !> True if residual, last correction and constraint violation are small enough. A residual below the tolerance that no longer
+   !> decreases is accepted, even if a smaller one was required.
    logical function is_small(problem, state, system, newton, report) result(small)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -1,10 +1,8 @@
-!> Shortens a Newton step that is too long because of a foundation.
+!> Shortens a Newton step that is far too long because of a foundation.
 !>
-!> The forces of a foundation have a corner where contact begins, so that the tangent of one side says nothing of the other one.
-!> If a structure loses its last contact in an iteration, it has almost no stiffness, and the next step is arbitrarily long; near a
-!> corner two steps may lead back and forth between its sides without end. In both cases the step leads beyond the place where the
-!> work of the unbalanced forces along the step changes its sign; from that place Newton's method converges. The search is made only
-!> if the work behind this place is nearly as large as that before it, because the tangent there makes up for a smaller one.
+!> If a structure loses its last contact in an iteration, it has almost no stiffness, and the next step is arbitrarily long. The
+!> work of the unbalanced forces along this step changes its sign where the foundations support the structure again. From that point
+!> Newton's method converges. The search is made only if a step strongly increases the residual.
 module step_search
    use kinds, only: wp
    use problem, only: problem_t
@@ -12,14 +10,11 @@ module step_search
    use linear_system, only: system_t, assemble
    implicit none
    private
-   public :: shorten_step, step_work, torn
-
-   real(wp), parameter :: torn = 0.1_wp          !! defect of an element above which its forces are meaningless
+   public :: shorten_step, step_work
 
 contains
 
-   !> Moves the state back along its last step to the point where the work of the unbalanced forces along the step changes its sign,
-   !> if the step leads far beyond this point.
+   !> Moves the state back along its last step to the point where the work of the unbalanced forces along the step changes its sign.
    subroutine shorten_step(problem, origin, from, x, work_at_start, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: origin        !! last converged point
@@ -30,7 +25,7 @@ contains
       type(system_t), intent(inout) :: system    !! assembled at `state` on entry and on return
       integer, parameter :: max_tries = 40
       real(wp), parameter :: enough = 0.1_wp     !! remaining work, over the work before the step, at which the search ends
-      real(wp), parameter :: reversed = 0.9_wp   !! work behind the step, over the work before it, from which the step is searched
+      real(wp), parameter :: torn = 0.1_wp       !! defect of an element above which its forces are meaningless
       type(state_t) :: whole
       real(wp) :: low, high, work_low, work_high, part, work
       integer :: try
@@ -43,9 +38,10 @@ contains
       part = 1.0_wp
       do try = 1, max_tries
          work = step_work(system, x)
-         if (system%ok .and. part >= 1.0_wp .and. work < reversed * abs(work_at_start)) return
          if (system%ok .and. system%defect_residual < torn) then
             if (abs(work) <= enough * abs(work_at_start)) return
+            ! If the work is still negative at the end of the step and all elements are valid, the whole step is kept.
+            if (work < 0.0_wp .and. high >= 1.0_wp) return
          else
             work = huge(1.0_wp)
          end if
@@ -86,6 +82,6 @@ contains
    pure real(wp) function step_work(system, x) result(work)
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: x(:) !! (n) increment, node axes
-      work = sum(system%residual * x, mask=.not. system%fixed)
+      work = dot_product(pack(system%residual, .not. system%fixed), pack(x, .not. system%fixed))
    end function step_work
 end module step_search
