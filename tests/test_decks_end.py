@@ -176,3 +176,54 @@ def test_meshes_that_are_doubled_point_after_point_are_given_back():
     run = dr.run_deck(LYING.format(ea="4.8e5"), code=2)
     assert run.column("load_factor")[-1] >= 20.0 * (1.0 - 1e-9)
     assert counted(run, "elements at the most") < 8192  # of one stretch of order 4 that is all rounding
+
+
+TWO_STEPS = """*HEADING
+Heated liner in a pipe: two steps with the same loads in other sizes
+*NODE
+1, 0, 25400
+2, 0, -25400
+*ARC, ELSET=LINER, NSET=LINER, DIRECTION=ANTICLOCKWISE
+1, 2, 0, 0
+*BEAM SECTION, ELSET=LINER, SECTION=STIFFNESS
+3075.84, 2870962, , 1.751968503937e-07, 1e-05
+*BOUNDARY
+1, XSYMM
+2, ENCASTRE
+*OBSTACLE, NAME=PIPE, TYPE=CIRCLE, SIDE=INSIDE
+0, 0, 25400
+*CONTACT, OBSTACLE=PIPE, NSET=LINER, GAP=45.72
+*IMPERFECTION, ELSET=LINER, SHAPE=COSINE
+-9.6012, 2
+*MONITOR, NAME=v
+1, U2, -1
+*MONITOR, NAME=thrust, ELSET=LINER
+N, 12700
+*STEP
+*ACCURACY, TOLERANCE=1E-6
+*STATIC, METHOD=LOAD
+0.1, , 0.2
+*TEMPERATURE
+LINER, 180
+*CLOAD
+1, 2, -1.2905e-05
+*END STEP
+*STEP
+*ACCURACY, TOLERANCE=1E-6
+*STATIC, METHOD=CYLINDRICAL
+0.1, , 0.02
+*TEMPERATURE
+LINER, 7300
+*CLOAD
+1, 2, -0.0002225
+*STOP
+LOAD, ABOVE, 1
+*END STEP
+"""
+
+
+def test_a_step_does_not_return_to_the_one_before():
+    """The mesh is made coarser at the end of the first step, and no increment converges from there. The finer mesh to which the run
+    could return has the loads of the first step, whose end was then told twice."""
+    ends = dr.run_deck(TWO_STEPS).labelled("EP")
+    assert [(end.step, end.load_factor) for end in ends] == [(1, 1.0), (2, 1.0)]

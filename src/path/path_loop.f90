@@ -197,6 +197,8 @@ contains
       run%arrived%point = 0
       ! The loads of a new step may reverse the direction of the path: the stored recent part of the path is discarded.
       if (allocated(run%trail)) deallocate (run%trail)
+      ! So is the finer mesh of the last point, to which the run could return: it has the loads of the step before.
+      if (allocated(run%mesh%before_coarsening)) deallocate (run%mesh%before_coarsening)
       if (starts_fresh(problem)) then
          why = why_unstable(problem, run%last%state)
          if (why /= '') then
