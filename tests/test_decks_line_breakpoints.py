@@ -195,3 +195,74 @@ def test_a_line_that_comes_to_a_node_that_a_couple_turns(couple, place):
     m, n = lifted(couple, 0.0, LOAD)
     a = free_length(LOAD)
     dr.assert_close(contact_at(run, end), [[a, place - m], [place + n, 1.0 - a]], absolute=1e-6)
+
+
+# A point contact at a breakpoint -----------------------------------------------------------------------------------
+
+CROWN = """*HEADING
+Heated arch whose crown touches a ceiling; a force along the ceiling acts on the crown
+*NODE
+1, -41.569219381653, 24.
+2, 0., 48.
+3, 41.569219381653, 24.
+*ARC, ELSET=B, NSET=B, DIRECTION=CLOCKWISE
+1, 2, 0, 0
+*ARC, ELSET=B, NSET=B, DIRECTION=CLOCKWISE
+2, 3, 0, 0
+*BEAM SECTION, ELSET=B, SECTION=STIFFNESS
+5372.4, 85.248, , 7.7083333333333E-4, 1E-5
+*BOUNDARY
+1, ENCASTRE
+3, ENCASTRE
+*OBSTACLE, NAME=CEILING, TYPE=LINE
+144., 48.1584, -144., 48.1584
+*CONTACT, OBSTACLE=CEILING, NSET=B
+*MONITOR, NAME=drift
+2, U1
+*STEP
+*ACCURACY, TOLERANCE={tolerance!r}
+*STATIC, METHOD=SPHERICAL
+0.05, , 0.05
+*TEMPERATURE
+B, {heat!r}
+*CLOAD
+2, 1, {force!r}
+*STOP
+LOAD, ABOVE, 1.
+*END STEP
+"""
+
+
+@functools.cache
+def crown(force, heat=1254.0, tolerance=1e-6):
+    return dr.run_deck(CROWN.format(force=force, heat=heat, tolerance=tolerance))
+
+
+def drift(force, tolerance=1e-6):
+    """Displacement of the crown along the ceiling at the end, and its error bar."""
+    end = crown(force, tolerance=tolerance).results.critical[-1]
+    assert end.label == "EP"
+    return end.monitor_corrected["drift"], end.monitor_errors["drift"]
+
+
+def test_contact_leaves_the_crown_for_the_place_of_its_force():
+    """The crown turns, so that the rod rolls on the ceiling and contact moves along the rod, the faster the flatter the crown is.
+
+    The displacement is odd in the force, and within its error bar of that of a finer mesh."""
+    force = 8.88e-4
+    assert [c.label for c in crown(force).results.critical] == ["C+", "EP"]
+    moved, bar = drift(force)
+    for other, expected in ((drift(-force), -moved), (drift(force, 1e-8), moved)):
+        dr.assert_close(other[0], expected, absolute=bar + other[1])
+    assert bar < 1e-4 * moved
+
+
+def test_a_flat_crown_touches_where_its_force_acts():
+    """A point contact that stays at the node until the crown is flat: the balance of moments says where its force acts. Were it the
+    node, moments would be out of balance by 1e-4."""
+    run = crown(8.88e-4, 4.0 * 1254.0)
+    contact = run.results.contact
+    flat = next(k for k in range(len(contact.count)) if contact.count[k] == 1 and contact.end[k, 0] > contact.start[k, 0]) - 1
+    before, at = contact.start[flat - 1:flat + 1, 0] - 48.0 * math.pi / 3.0
+    assert 0.0 < before < at < 1e-3 * 48.0
+    dr.assert_close(np.mean([contact.start[flat + 1, 0], contact.end[flat + 1, 0]]), contact.start[flat, 0], absolute=at)

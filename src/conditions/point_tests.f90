@@ -109,20 +109,25 @@ contains
       if (present(side)) test%sense = real(2 * side - 3, wp)
    end function curvature
 
-   !> Test of a point contact at a segment boundary: negligible length minus the distance along the rod between the node and the
-   !> contact force, over the structure's size. If it is negative, the point contact leaves the boundary.
+   !> Test of a point contact at a segment boundary, where the contact force acts at the distance turn / (relative curvature) along
+   !> the rod from the node: negligible distance times relative curvature, minus the magnitude of the turn. If it is negative, the
+   !> point contact leaves the boundary. The product is regular where the relative curvature vanishes.
    type(span_test_t) function leaving(problem, state, c) result(test)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c
       type(rolled_t) :: roll
-      real(wp) :: reach
+      real(wp) :: excess, extension, turn
       integer :: side
       roll = rolled(problem, state, c)
-      side = merge(2, 1, roll%way > 0.0_wp)
-      reach = initial_share * problem%layout%rod_segment(problem%rod_segment(problem%candidates%element(side, c)))%length
-      test = new_test(problem, c, test_leaving, (reach - abs(roll%way)) / problem%size)
-      test%sense = sign(1.0_wp, roll%way)
+      call excess_curvature(problem, state, c, excess, extension)
+      turn = track_rotation(problem, state, c)
+      test = new_test(problem, c, test_leaving, 0.0_wp)
+      test%at = roll%way
+      test%sense = -sign(1.0_wp, turn) * track_sense(problem, state, c, node_track(problem, state, c))
+      side = merge(2, 1, test%sense > 0.0_wp)
+      test%value = initial_share * problem%layout%rod_segment(problem%rod_segment(problem%candidates%element(side, c)))%length * &
+         & excess - abs(turn)
    end function leaving
 
    !> Concentrated contact force at a candidate over the scale of forces; > 0: the obstacle presses.

@@ -19,8 +19,8 @@ module test_kinds
    !! length of the free span
    integer, parameter :: test_boundary_span = 7  !! length of a free span between a contact span and a segment boundary
    integer, parameter :: test_slope = 8     !! slope of the gap beside a contact at the end of a rod or at a corner
-   integer, parameter :: test_leaving = 9 !! distance of the contact force from the node of a point contact at a segment boundary:
-   !! a distance that counts as zero, minus the actual one
+   integer, parameter :: test_leaving = 9 !! turn of the rod at the node of a point contact at a segment boundary, which shifts the
+   !! contact force along the rod: a turn that counts as zero, minus the actual one
    integer, parameter :: test_couple = 10 !! minus the magnitude of the couple that acts on a line contact's node at a segment
    !! boundary
 
@@ -42,7 +42,7 @@ module test_kinds
       & inside_elements, & ! vanishing
       & 0.0_wp, &    ! boundary span
       & inside_elements, & ! slope
-      & 0.0_wp, &    ! leaving
+      & inside_elements, & ! leaving
       & inside_elements]   ! couple
 
    real(wp), parameter :: well_below = 10.0_wp !! multiple of this amount: where one test is zero, another one fails if it is below
@@ -58,7 +58,8 @@ module test_kinds
       integer :: rod_segment = 0
       integer :: beside(2) = 0 !! vanishing: contact spans before and after the free span; 0: no contact span of this contact
       real(wp) :: ends(2) = 0.0_wp          !! vanishing: coordinates of the free span's ends along the rod segment
-      real(wp) :: at = 0.0_wp               !! gap, pressure: coordinate of the least value along the rod segment
+      real(wp) :: at = 0.0_wp               !! gap, pressure: coordinate of the least value along the rod segment; leaving: way
+      !! along the rod from the node to the contact force
       !> Side or direction, by kind of test:
       !>   pressure   at the first end (-1), inside (0), at the last end (1) of the line contact
       !>   curvature  before (-1) or after (1) a support that fixes the rotation; 0: the rotation is free

@@ -307,7 +307,7 @@ contains
    end function touchdown_couple
 
    !> Position of the force of a point contact whose node is a segment boundary: the least gap beside the node, accurate to second
-   !> order.
+   !> order. The gap of an osculating contact does not say where its force acts; there the balance of moments does.
    pure type(rolled_t) function rolled(problem, state, candidate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -320,12 +320,15 @@ contains
       if (.not. problem%candidates%rolls(candidate) .or. problem%candidates%moves(candidate)) return
       if (problem%candidates%held(candidate)) return
       call excess_curvature(problem, state, candidate, excess, extension)
-      if (excess * problem%size <= curvature_slack) return
-      turn = track_rotation(problem, state, candidate)
       sense = track_sense(problem, state, candidate, track)
-      rolled%way = -turn * sense / excess
-      rolled%rise = 0.5_wp * extension * turn**2 / excess
-      rolled%lean = extension * turn / excess
+      if (excess * problem%size > curvature_slack) then
+         turn = track_rotation(problem, state, candidate)
+         rolled%way = -turn * sense / excess
+         rolled%rise = 0.5_wp * extension * turn**2 / excess
+         rolled%lean = extension * turn / excess
+      else if (abs(state%couple(candidate)) > 0.0_wp .and. state%reaction(candidate) > 0.0_wp) then
+         rolled%way = state%couple(candidate) * sense / (extension * state%reaction(candidate))
+      end if
       angle = rod_angle(problem, state, candidate)
       rolled%arm = extension * rolled%way * [cos(angle), sin(angle)]
       rolled%normal = normal - (track%curvature * sense * extension * rolled%way) * track%tangent

@@ -107,6 +107,7 @@ contains
       type(system_t), intent(in) :: system       !! assembled at `state`
       type(state_t), intent(inout) :: state
       integer :: c
+      state%couple = 0.0_wp
       do c = 1, problem%candidates%n
          if (problem%candidates%follows(c)) state%couple(c) = system%raw(dof(problem, problem%candidates%node(c), 3))
       end do

@@ -48,6 +48,7 @@ contains
                call strip_place(strip, test%rod_segment, 0.5_wp * sum(test%ends), edit_place(k)%strip, edit_place(k)%at)
             case (test_force, test_curvature, test_slope, test_leaving, test_couple)
                at = touch_place(problem, state, test%candidate)
+               if (test%kind == test_leaving) at = at + test%at
                call strip_place(strip, now(test%contact_span)%rod_segment, at, edit_place(k)%strip, edit_place(k)%at)
                edit_place(k)%beyond = present(beyond)
                ! Beside a joint of the obstacle a point contact spreads up to the joint.

@@ -9,7 +9,7 @@ module neighbours
    use kinds, only: wp
    use contact_spans, only: contact_span_t
    use contact_set_edits, only: same_set, begun, lost, spread_out, parted, shrunk, laid_down, merged, end_moved, extended, opened
-   use test_kinds, only: test_gap
+   use test_kinds, only: test_gap, test_leaving
    use rod_strips, only: strip_t, brought_near
    implicit none
    private
@@ -152,6 +152,8 @@ contains
             if (set(k)%line) then
                call edit_line(set, k, at(1), edit_place%width, edit_place%beyond, strip, new, near, all)
             else
+               ! A point contact leaves a segment boundary to the place of its force.
+               if (edit_place%kind == test_leaving) call add(all, edit_leave, end_moved(set, k, 1, at(1)))
                call edit_point(set, k, strip, new, near, all)
             end if
          end do

@@ -4,8 +4,9 @@ module osculating_contacts
    use kinds, only: wp
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
-   use track_nodes, only: curvature_slack, excess_curvature
+   use track_nodes, only: curvature_slack, excess_curvature, rolled_t, rolled
    use touchdown_points, only: point_force
+   use contact_spans, only: initial_share
    use path_control, only: control_t
    use linear_system, only: system_t, new_system
    use corrector, only: increment_t, correct
@@ -35,8 +36,25 @@ contains
       do k = 1, size(too)
          place%reaction(too(k)) = point_force(problem, place, too(k))
       end do
-      if (problem%candidates%moves(candidate)) place%reaction(candidate) = point_force(problem, place, candidate)
+      if (problem%candidates%moves(candidate)) then
+         place%reaction(candidate) = point_force(problem, place, candidate)
+      else
+         found = acts_at_node(problem, place, candidate)
+      end if
    end subroutine find_osculating_contact
+
+   !> True if the contact force of a point at a segment boundary acts at its node, up to a negligible distance along the rod. The
+   !> contact has left the boundary before then (test_leaving).
+   pure logical function acts_at_node(problem, state, candidate)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state         !! with an osculating contact at the candidate
+      integer, intent(in) :: candidate
+      type(rolled_t) :: roll
+      integer :: e(2)
+      roll = rolled(problem, state, candidate)
+      e = pack(problem%candidates%element(:, candidate), problem%candidates%element(:, candidate) > 0)
+      acts_at_node = abs(roll%way) <= initial_share * minval(problem%layout%rod_segment(problem%rod_segment(e))%length)
+   end function acts_at_node
 
    !> Finds the equilibrium in which the point contact with the least relative curvature may have negative relative curvature, for
    !> instance if it becomes a line earlier on another mesh: its node follows the obstacle's direction.
