@@ -14,7 +14,7 @@ module entering_contact_set
    use mesh_transfer, only: refine_point
    use path_state, only: path_state_t, copy_path_state, path_tangent_of, forget_mesh
    use path_acceptance, only: arrival_t, accept
-   use error_report, only: bars_at_point
+   use error_report, only: bars_at_point, tolerance_at
    use path_outcome, only: outcome_t
    use path_record, only: recorder_t
    implicit none
@@ -45,7 +45,7 @@ contains
       arrival%report = next%report
       arrival%label = next%label
       arrival%times = next%times
-      arrival%bracketed = .not. next%located
+      arrival%bracketed = .not. is_located(problem, step, run, next)
       arrival%divides = next%divides
       arrival%tries = 0
       do
@@ -80,6 +80,18 @@ contains
       ! The path up to this point belongs to another set; its mesh records are discarded.
       call forget_mesh(run)
    end subroutine go_to_next
+
+   !> True if the place of the change to another set is known: a test of this set is zero there, or its equilibrium has the load
+   !> factor of the run's point, up to the largest error bar that the deck allows. Otherwise the change, and perhaps others, lie
+   !> somewhere between the two.
+   pure logical function is_located(problem, step, run, next)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(in) :: run
+      type(other_set_t), intent(in) :: next
+      is_located = next%times == 0 .or. next%test > 0 .or. abs(next%state%load_factor - run%last%state%load_factor) <= &
+         & max(step%locate_tolerance, tolerance_at(problem, step, next%label)) * abs(run%last%state%load_factor)
+   end function is_located
 
    !> Number of active contacts of nodes.
    pure integer function node_contacts(problem, state) result(number)

@@ -80,12 +80,6 @@ contains
          & ahead%load_factor - here%load_factor)
       call label_and_number(problem, run%last%state, 1.0_wp / minval(nodes%element_last - nodes%element_first + 1), &
          & run%spans_begun, present_contact_spans(next%problem, next%state), next)
-      ! The contact changes lie between the present point and the one found; other contact sets may exist in between, unless the
-      ! load factors of both are equal within the tolerance.
-      associate (step => problem%model%step(problem%step))
-         next%located = next%times == 0 .or. abs(next%state%load_factor - run%last%state%load_factor) <= &
-            & max(step%locate_tolerance, step%asked) * abs(run%last%state%load_factor)
-      end associate
    end subroutine ask_nodes
 
    !> True if the next equilibrium is near enough to be on the same path: its distance from the present point agrees with the path's

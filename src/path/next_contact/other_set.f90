@@ -28,7 +28,6 @@ module other_set
       logical :: divides = .false.                !! a part of the lost contact remains on both sides
       integer :: times = 1                        !! number of contacts gained or lost
       integer :: test = 0                         !! index of the test that is zero at the state, 0: none
-      logical :: located = .true.                 !! false: the change is somewhere between the run's point and this state
    end type other_set_t
 
 contains
