@@ -154,3 +154,45 @@ def test_a_body_that_nothing_holds():
     """The rotation of the platen is free."""
     run = dr.run_deck(dr.changed(PLATEN, ("9, XSYMM", "9, 1")), code=2)
     assert "node 9 belongs to no element and can move or turn without resistance" in run.stderr
+
+
+LEFT = """*HEADING
+A circle bends a cantilever and is drawn back
+*NODE
+1, 0., 0.
+2, 1., 0.
+*LINE, ELSET=ROD, NSET=ROD
+1, 2
+*BEAM SECTION, ELSET=ROD, SECTION=STIFFNESS
+1e6, 1.
+*BOUNDARY
+1, ENCASTRE
+*OBSTACLE, NAME=BODY, TYPE=CIRCLE, SIDE=OUTSIDE
+0.45, 0.05, 0.04
+*CONTACT, OBSTACLE=BODY, NSET=ROD
+*MONITOR, NAME=force, OBSTACLE=BODY
+RN
+*STEP
+*ACCURACY, TOLERANCE=1E-6
+*STATIC, METHOD=LOAD
+0.1
+*OBSTACLE MOTION
+BODY, -0.01, -0.04
+*END STEP
+*STEP
+*ACCURACY, TOLERANCE=1E-6
+*STATIC, METHOD=LOAD
+0.1
+*OBSTACLE MOTION
+BODY, 0., 0.3
+*END STEP
+"""
+
+
+def test_where_a_body_leaves_the_rod_forces_are_measured_by_those_before():
+    """Nothing is left of the force there: TOLERANCE is a part of the largest force so far. The circle leaves where it came."""
+    run = dr.run_deck(LEFT)
+    begins, pressed, leaves, end = run.results.critical
+    assert [c.label for c in (begins, pressed, leaves, end)] == ["C+", "EP", "C-", "EP"]
+    dr.assert_close([begins.load_factor, leaves.load_factor], [0.25, 0.1], relative=1e-6)
+    assert leaves.monitor_errors["force"] < 1e-6 * pressed.monitors["force"]

@@ -386,7 +386,7 @@ contains
    !> Values to which the errors of load factor and monitors are related: the largest value of each kind so far.
    pure function value_sizes(problem, force_scale, load, motion, asked) result(sizes)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: force_scale        !! scale of forces at the point, see system_t
+      real(wp), intent(in) :: force_scale        !! largest scale of forces so far, see system_t
       real(wp), intent(in) :: load               !! largest load factor so far
       real(wp), intent(in) :: motion(2)          !! largest displacement [length] and rotation [rad] so far
       real(wp), intent(in) :: asked              !! relative error that is allowed
