@@ -49,7 +49,7 @@ module set_validity
    !! the tests decide whether a set is valid
    real(wp), parameter :: farthest = 0.2_wp  !! largest relative change of the load factor from the run's point to another set
 
-   real(wp), parameter :: beyond_zero = 1.1_wp    !! distance that is tried / distance at which the tests are zero by extrapolation
+   real(wp), parameter :: beyond_zero = 2.0_wp    !! way that is tried / way to where the tests are zero by extrapolation
    real(wp), parameter :: like_increment = 0.9_wp !! part of an increment from which another whole one converges
    real(wp), parameter :: least_change = 1.0e-6_wp !! change of the load factor that an increment can make / first increment
 
@@ -145,8 +145,9 @@ contains
       type(tried_set_t), intent(inout) :: trial       !! in: set with its equilibrium, its edits and whether it is sized
       type(other_set_t) :: there
       type(span_test_t), allocatable :: tests(:)
-      real(wp) :: least, before                   ! least value of the tests at the last point and at the set's first equilibrium
-      real(wp) :: distance, onset                 ! from the first equilibrium to the last point, and to where the tests hold
+      real(wp) :: least                           ! least value of the tests at the last point
+      real(wp) :: distance, reached, onset        ! from the first equilibrium to the next point, to the last one, and to where the
+      !! tests are satisfied
       integer :: k, sense
       logical :: decides                          ! the tests decide at the equilibrium
       decides = trial%sized .and. trial%edits == 1
@@ -166,8 +167,8 @@ contains
             trial%turns = sense == 2
             tests = tests_of(set)
             least = worst(tests)
-            before = least
             onset = 0.0_wp
+            distance = 0.0_wp
             if (decides .and. .not. any_fails(tests) .and. gaps_are_open(here, trial, set, tests)) then
                if (.not. on_path(run, here, set)) cycle
                trial%valid = .true.
@@ -178,7 +179,8 @@ contains
             end if
             do k = 1, size(step_ahead)
                there%system = set%system
-               distance = max(step_ahead(k), onset)
+               reached = distance
+               distance = merge(onset, step_ahead(k), onset > 0.0_wp)
                call step_by(set, set%tangent, distance, there%state, there%system, tests)
                if (.not. allocated(tests)) exit
                if (decides) then
@@ -204,7 +206,7 @@ contains
                end if
                if (worst(tests) <= least) exit
                ! The set without a closing span may begin far ahead: its tests rise linearly.
-               if (here%vanishes) onset = beyond_zero * distance * before / (before - worst(tests))
+               if (here%vanishes) onset = distance + beyond_zero * worst(tests) * (distance - reached) / (least - worst(tests))
                least = worst(tests)
             end do
          end do
