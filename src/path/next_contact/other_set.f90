@@ -83,11 +83,9 @@ contains
       type(other_set_t), intent(inout) :: next
       logical, intent(out) :: found
       type(control_t), intent(in), optional :: plane !! plane in which the equilibrium is sought; absent: the load is held
-      integer, allocatable :: moving(:)
       integer :: c
-      moving = pack([(c, c=1, next%problem%candidates%n)], next%problem%candidates%moves)
       found = .true.
-      if (size(moving) > 0) call stay(with_held(next%problem, moving))
+      if (any(next%problem%candidates%moves)) call stay(with_held(next%problem, [(c, c=1, next%problem%candidates%n)]))
       if (found) call stay(next%problem)
 
    contains
