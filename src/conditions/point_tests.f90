@@ -192,21 +192,25 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: c              !! candidate
       real(wp), intent(in) :: scale         !! scale of forces, see system_t
-      integer :: side, e
-      real(wp) :: length(2)
       couple = abs(breakpoint_couple(problem, state, c)) / (scale * problem%size)
       if (couple <= left_over(problem)) couple = 0.0_wp
       if (.not. couple > 0.0_wp) return
-      if (.not. inside_line(problem, c)) then
-         if (end_stays_in_contact(problem, state, c)) couple = 0.0_wp
-         return
+      if (inside_line(problem, c)) then
+         if (any(lifts_negligibly(problem, state, c))) couple = 0.0_wp
+      else if (end_stays_in_contact(problem, state, c)) then
+         couple = 0.0_wp
       end if
-      length = lifted_beside(problem, state, c)
-      do side = 1, 2
-         e = problem%beside(side, problem%candidates%node(c))
-         if (length(side) <= initial_share * problem%layout%rod_segment(problem%rod_segment(e))%length) couple = 0.0_wp
-      end do
    end function lifting_couple
+
+   !> (sides) true: force and couple on a node inside a line contact lift only a negligible length of the rod before and after it.
+   function lifts_negligibly(problem, state, c) result(negligible)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: c              !! candidate
+      logical :: negligible(2)
+      negligible = lifted_beside(problem, state, c) <= initial_share * problem%layout%rod_segment(problem%rod_segment( &
+         & problem%beside(:, problem%candidates%node(c))))%length
+   end function lifts_negligibly
 
    !> True if the couple at the node where both a line contact and the rod end lifts only a negligible length or height.
    logical function end_stays_in_contact(problem, state, c)
@@ -220,8 +224,8 @@ contains
       if (end_stays_in_contact) end_stays_in_contact = stays_in_contact(problem, e, breakpoint_couple(problem, state, c), density)
    end function end_stays_in_contact
 
-   !> True if a force away from the obstacle lifts only a negligible length: the force acts on a line contact's node with fixed
-   !> rotation at the end of a rod (symmetry plane).
+   !> True if a force away from the obstacle lifts only a negligible length: the force acts on a node inside a line contact, or on a
+   !> line contact's node with fixed rotation at the end of a rod (symmetry plane).
    logical function uplift_is_negligible(problem, state, c, push, scale)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -230,7 +234,13 @@ contains
       real(wp), intent(in) :: scale         !! scale of forces, see system_t
       real(wp) :: density
       integer :: e
-      uplift_is_negligible = push < 0.0_wp .and. problem%model%fixed(3, problem%candidates%node(c))
+      uplift_is_negligible = push < 0.0_wp
+      if (.not. uplift_is_negligible) return
+      if (inside_line(problem, c)) then
+         uplift_is_negligible = all(lifts_negligibly(problem, state, c))
+         return
+      end if
+      uplift_is_negligible = problem%model%fixed(3, problem%candidates%node(c))
       if (.not. uplift_is_negligible) return
       call find_line_end(problem, state, c, e, density)
       uplift_is_negligible = e > 0
