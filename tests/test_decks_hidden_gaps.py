@@ -4,6 +4,9 @@ An oval liner in a host of its shape lies along its side; the line ends just beh
 shallow minimum. The element before the node was sampled at quarters of its length only, so that the minimum was seen at some loads and
 not at others: contact began at 0.939 with one mesh, at 0.737 with another, or was not found. All tolerances agree on it now.
 """
+import functools
+import math
+
 import pytest
 
 import deck_runner as dr
@@ -62,3 +65,58 @@ def test_contact_begins_beside_a_line(tolerance, relative):
     begun = [c.load_factor for c in run.labelled("C+")]
     assert len(begun) == 2
     dr.assert_close(begun[1], 0.737241255, relative=relative)
+
+
+def ring_in_polygon(corners, tolerance, elements=""):
+    """Half ring under a force on its crown, in a closed wall of as many straight pieces as corners; it touches them one after the other."""
+    turn = 2 * math.pi / corners
+    wall = "\n".join(f"{1.01 / math.cos(turn / 2) * math.cos(math.pi / 2 + k * turn)!r}, "
+                     f"{1.01 / math.cos(turn / 2) * math.sin(math.pi / 2 + k * turn)!r}" for k in range(corners))
+    return f"""*HEADING
+Ring in a polygon
+*NODE
+1, 0, 1
+2, 0, -1
+*ARC, ELSET=RING, NSET=RING
+1, 2, 0, 0{elements}
+*BEAM SECTION, ELSET=RING, SECTION=STIFFNESS
+30000, 1
+*BOUNDARY
+1, XSYMM
+2, ENCASTRE
+*OBSTACLE, NAME=WALL, TYPE=POLYLINE, ENDS=CLOSED, RADIUS=0.5
+{wall}
+*CONTACT, OBSTACLE=WALL, NSET=RING
+*MONITOR, NAME=v
+1, U2, -1
+*STEP
+*ACCURACY, TOLERANCE={tolerance}
+*STATIC, METHOD=LOAD
+0.05, , 0.1
+*CLOAD
+1, 2, -3
+*STOP
+LOAD, ABOVE, 0.105
+*END STEP
+"""
+
+
+@functools.cache
+def begun_on_given_elements(corners):
+    run = dr.run_deck(ring_in_polygon(corners, "1E-6", ", 128"))
+    return [c.load_factor for c in run.labelled("C+")]
+
+
+@pytest.mark.parametrize("tolerance", ["1E-4", "1E-5", "1E-6"])
+@pytest.mark.parametrize("corners", [12, 16, 24, 32, 48])
+def test_wall_of_many_pieces(corners, tolerance):
+    """The gap has a minimum at every piece of the wall. A mesh made for a tolerance has fewer elements than the wall has pieces, so the
+    samples of its gaps must follow the pieces: first touches were found late, at 0.0293 instead of 0.0209 for 12 corners, or not at all."""
+    run = dr.run_deck(ring_in_polygon(corners, tolerance))
+    assert run.results.complete
+    begun = [c.load_factor for c in run.labelled("C+")]
+    expected = begun_on_given_elements(corners)
+    assert len(begun) == len(expected)
+    # TOLERANCE is relative to the largest load factor of the step.
+    for load, other in zip(begun, expected):
+        assert abs(load - other) <= float(tolerance) * 0.105

@@ -7,7 +7,7 @@ module free_span_gap
    use rod_state, only: state_t, pose_of, obstacle_offset
    use ge_in_state, only: ge_here_t
    use rod_profile, only: profile_t, new_profile, keep_profile, mend_ends, mended_error, profile_place
-   use obstacle_geometry, only: obstacle_gap
+   use obstacle_geometry, only: obstacle_gap, nearest_piece, joints_apart
    use obstacle_pose, only: pose_t
    use state_transfer, only: find_point
    use minimum_search, only: minimum_search_t, to_rounding
@@ -17,7 +17,8 @@ module free_span_gap
 
    ! Beside a touchdown point the gap grows with a power of the distance from the point; there only local minima of the gap count.
    real(wp), parameter :: beside = 0.06_wp  !! length of this part over the length of the free span
-   integer, parameter :: samples = 4        !! number of equal parts into which samples of the gap divide an element
+   integer, parameter :: samples = 4        !! number of equal parts into which samples of the gap divide an element, and samples for
+   !! each joint of the obstacle's curve that the element passes: an obstacle of many pieces may come near the rod at every one
    !> Beside a contact the distances of samples from the contact grow by this factor until the samples are as far apart as the equal
    !> parts of the element there. If the rod approaches the obstacle beside a point contact about which it rotates, the least gap is
    !> at twice the distance of the largest gap; samples whose distances are doubled could miss both.
@@ -207,7 +208,8 @@ contains
       end do
    end subroutine make_profiles
 
-   !> Samples the gap at equal parts of all elements, and at graded distances beside a contact; the contact itself is no sample.
+   !> Samples the gap at equal parts of all elements, more densely where the obstacle has several pieces along such a part, and at
+   !> graded distances beside a contact; the contact itself is no sample.
    subroutine take_samples(problem, state, profile, line)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -215,6 +217,7 @@ contains
       type(sampled_gap_t), intent(inout) :: line
       real(wp), allocatable :: tau(:)          ! (at least n) places in the element, increasing
       real(wp), allocatable :: gap(:)
+      type(pose_t) :: pose
       integer :: e, k, n, side
       allocate (line%at(0), line%gap(0), tau(8 * samples))
       do e = line%first, line%last
@@ -226,6 +229,7 @@ contains
             n = n + 1
             tau(n) = real(k, wp) / samples
          end do
+         call pass_joints()
          associate (g => state%geometry%element(e))
             do side = 1, 2
                if (line%ends_in_contact(side)) call grade(g%s(1) + problem%origin(e), g%s(2) + problem%origin(e), side)
@@ -241,6 +245,25 @@ contains
       end do
 
    contains
+
+      !> Adds samples in those equal parts of the element along which the nearest point passes joints of the obstacle's curve.
+      subroutine pass_joints()
+         integer :: piece(0:samples), part, joints, i
+         associate (o => problem%model%contact(line%contact)%obstacle)
+            if (.not. allocated(problem%model%obstacle(o)%curve%piece)) return
+            pose = pose_of(problem, state, o)
+            do part = 0, samples
+               piece(part) = nearest_piece(problem%model%obstacle(o), pose%own_place(profile_place(problem, profile(e), &
+                  & real(part, wp) / samples)))
+            end do
+            do part = 1, samples
+               joints = joints_apart(problem%model%obstacle(o), piece(part - 1), piece(part))
+               do i = 1, samples * joints - 1
+                  call insert((part - 1 + real(i, wp) / (samples * joints)) / samples)
+               end do
+            end do
+         end associate
+      end subroutine pass_joints
 
       !> Adds samples at graded distances from the contact at one end of the free span, where equal parts are farther apart.
       subroutine grade(from, to, side)

@@ -5,6 +5,7 @@ module obstacle_geometry
    use obstacle_curve, only: foot_t, nearest_point
    implicit none
    private
+   public :: nearest_piece, joints_apart
    public :: obstacle_gap, moved_gap, has_angle, contact_angle, turns_forward, unwrap_angle, contact_curvature
 
 contains
@@ -79,6 +80,25 @@ contains
          change = gap - at_home
       end select
    end subroutine moved_gap
+
+   !> Number of the piece of an obstacle's curve that is nearest to a point (foot_t); 0 for lines and circles.
+   pure integer function nearest_piece(obstacle, x) result(piece)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: x(2) !! point in the axes of the obstacle
+      type(foot_t) :: foot
+      piece = 0
+      if (.not. allocated(obstacle%curve%piece)) return
+      foot = nearest_point(obstacle%curve, x)
+      piece = foot%piece
+   end function nearest_piece
+
+   !> Number of joints between two pieces of an obstacle's curve; on a closed curve in the direction with fewer joints.
+   pure integer function joints_apart(obstacle, first, last) result(joints)
+      type(obstacle_t), intent(in) :: obstacle
+      integer, intent(in) :: first, last   !! numbers of the pieces, from nearest_piece
+      joints = abs(last - first)
+      if (obstacle%curve%closed) joints = min(joints, size(obstacle%curve%piece) - joints)
+   end function joints_apart
 
    !> True for an obstacle with angles about a centre, by which contact is reported.
    pure logical function has_angle(obstacle)
