@@ -413,3 +413,48 @@ def test_a_formula_jumps_where_a_closed_chain_begins():
     dr.assert_close(run.column("R")[-1], -small * 2 * math.pi**2, relative=1e-9)
     dr.assert_close(given.column("R")[-1], -small * 2 * math.pi**2, relative=1e-9)
     dr.assert_close(run.column("u")[-1], given.column("u")[-1], relative=1e-7)
+
+
+def gust_on_a_strip(width, elements=""):
+    """Strip on a floor, weight 1 by length; then a load lifts a stretch of this width, with three times the weight at its middle."""
+    return f"""*HEADING
+Load that lifts a part of a lying strip
+*NODE
+1, 0, 0
+2, 10, 0
+*LINE, ELSET=STRIP, NSET=STRIP
+1, 2{elements}
+*DISTRIBUTION, NAME=gust, ELSET=STRIP, FORMULA
+3*exp(-((s - 6.3)/{width})**2)
+*BEAM SECTION, ELSET=STRIP, SECTION=STIFFNESS
+1e5, 1, , 1
+*BOUNDARY
+1, ENCASTRE
+*OBSTACLE, NAME=FLOOR, TYPE=LINE
+-20, 0, 20, 0
+*CONTACT, OBSTACLE=FLOOR, NSET=STRIP
+*STEP, NAME=WEIGHT
+*STATIC, METHOD=LOAD
+0.5
+*DLOAD
+STRIP, GRAV, 1, 0, -1
+*END STEP
+*STEP, NAME=GUST
+*STATIC, METHOD=LOAD
+0.1, , 0.2
+*DLOAD
+STRIP, PY, gust
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("elements, length", [("", 10 / 64), (", 40", 0.25), (", 200", 0.05)])
+@pytest.mark.parametrize("width", [1.0, 0.5, 0.2])
+def test_varying_load_opens_a_line_contact(width, elements, length):
+    """The pressure is the weight minus the load, zero at s = 6.3 at load factor 1/3. Line contacts had elements that did not see the load:
+    they opened at 0.537 (width 0.5) or not at all. Elements interpolate loads between four Gauss points, with an error of at most
+    f''''/4! times the polynomial with these zeros, 8/35 (h/2)^4; f'''' is 12/width^4 at the middle."""
+    run = dr.run_deck(gust_on_a_strip(width, elements))
+    assert run.results.complete
+    (opened,) = run.labelled("C-")
+    dr.assert_close(opened.load_factor, 1 / 3, relative=12 / 24 * 8 / 35 * (length / 2 / width)**4 + 1e-6)

@@ -17,8 +17,8 @@ module free_span_gap
 
    ! Beside a touchdown point the gap grows with a power of the distance from the point; there only local minima of the gap count.
    real(wp), parameter :: beside = 0.06_wp  !! length of this part over the length of the free span
-   integer, parameter :: samples = 4        !! number of equal parts into which samples of the gap divide an element, and samples for
-   !! each joint of the obstacle's curve that the element passes: an obstacle of many pieces may come near the rod at every one
+   integer, parameter :: samples = 4        !! number of equal parts into which samples of the gap divide an element, and number of
+   !! samples for each joint of the obstacle's curve beside such a part: an obstacle may come near the rod at each of its pieces
    !> Beside a contact the distances of samples from the contact grow by this factor until the samples are as far apart as the equal
    !> parts of the element there. If the rod approaches the obstacle beside a point contact about which it rotates, the least gap is
    !> at twice the distance of the largest gap; samples whose distances are doubled could miss both.

@@ -106,9 +106,10 @@ contains
 
       !> Adds the nodes up to the end of a span. With the deck's density all free spans of the segment together get the deck's
       !> number of elements. A line contact gets as many elements as the deck has on its length; a quarter of these on a perfect rod
-      !> without foundation; the least number on a straight obstacle. The number of elements and their length have lower bounds. A
-      !> mesh made for a tolerance follows its density in line contacts as well, because a line contact without pressure buckles
-      !> like a free span.
+      !> without foundation and without loads that vary; the least number on a straight obstacle. The number of elements and their
+      !> length have lower bounds. A mesh made for a tolerance follows its density in line contacts as well, because a line contact
+      !> without pressure buckles like a free span. A rod on its obstacle does not move, so errors of displacements do not show
+      !> whether the elements resolve a load that varies, which the contact pressure follows: there they are as short as the deck's.
       subroutine divide(to, contact)
          real(wp), intent(in) :: to
          integer, intent(in) :: contact              ! index of the contact of a line contact; 0: a free span
@@ -119,6 +120,8 @@ contains
          stages = base%deck%mesh%stages(base%layout%rod_segment(rod_segment)%element(1))
          if (base%layout%rod_segment(rod_segment)%placed) then
             wanted = between(base%demand(rod_segment), from, to)
+            if (contact > 0 .and. load_varies(base, rod_segment)) wanted = max(wanted, deck_elements(base, rod_segment, to) - &
+               & deck_elements(base, rod_segment, from))
             n = max(least_placed, ceiling(min(wanted, (to - from) / (finest * base%size)) - whole_number))
             if (any(layer > 0.0_wp)) then
                n = max(1, n)
@@ -140,7 +143,7 @@ contains
             wanted = wanted * all / max(free, tiny(free))
          else
             least = merge(1, least_conforming, parted)
-            if (is_perfect(base, rod_segment) .and. .not. founded(base, rod_segment)) &
+            if (is_perfect(base, rod_segment) .and. .not. (founded(base, rod_segment) .or. load_varies(base, rod_segment))) &
                & wanted = merge(0.0_wp, 0.25_wp, on_straight(base, contact)) * wanted
          end if
          wanted = min(wanted, (to - from) / (finest * base%size))
@@ -174,6 +177,22 @@ contains
       integer, intent(in) :: rod_segment
       is_perfect = all(base%deck%curve(base%deck%mesh%curve(base%layout%rod_segment(rod_segment)%element))%imperfection == 0)
    end function is_perfect
+
+   !> True for a rod segment with a load, in any step, whose intensity varies along it.
+   pure logical function load_varies(base, rod_segment) result(varies)
+      type(problem_t), intent(in) :: base
+      integer, intent(in) :: rod_segment
+      integer :: i, k
+      varies = .false.
+      do k = 1, size(base%deck%step)
+         associate (part => base%deck%step(k)%load%line_load)
+            do i = 1, size(part)
+               varies = varies .or. (part(i)%intensity%distribution > 0 .and. &
+                  & part(i)%on(base%layout%rod_segment(rod_segment)%element(1)))
+            end do
+         end associate
+      end do
+   end function load_varies
 
    !> True for a straight obstacle: on it one element is exact for a perfect rod with linear axial force.
    pure logical function on_straight(base, contact)
