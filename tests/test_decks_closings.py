@@ -111,3 +111,58 @@ def test_a_span_whose_gap_is_rounding_lies_down_at_once(tolerance):
     assert len(splits) == 2
     for split, load in zip(splits, [0.20083247, 0.55435857]):
         assert abs(split.load_factor - load) < split.error + 1e-7
+
+
+PORTAL = """*HEADING
+Portal frame that leans on a roller
+*NODE
+1, 0, 0
+2, 0, 1
+3, 1.5, 1
+4, 1.5, 0
+*LINE, ELSET=FRAME, NSET=FRAME
+1, 2
+2, 3
+3, 4
+*BEAM SECTION, ELSET=FRAME, SECTION=STIFFNESS
+15552, 1
+*BOUNDARY
+1, ENCASTRE
+4, PINNED
+*OBSTACLE, NAME=ROLLER, TYPE=CIRCLE, SIDE=OUTSIDE
+1.832, 0.87, 0.3
+*CONTACT, OBSTACLE=ROLLER, NSET=FRAME
+*OBSTACLE, NAME=PEG, TYPE=CIRCLE, SIDE=OUTSIDE
+0.825, 0.885, 0.1
+*CONTACT, OBSTACLE=PEG, NSET=FRAME
+*MONITOR, NAME=u
+3, U1
+*MONITOR, NAME=v
+3, U2
+*MONITOR, NAME=fall
+2, U2
+*MONITOR, NAME=moment, ELSET=FRAME
+M
+*STEP
+*ACCURACY, TOLERANCE=1E-6
+*STATIC, METHOD=CYLINDRICAL
+{first}, , {largest}
+*CONTROLS, POINTS=60
+*CLOAD
+2, 1, 4.136
+2, 2, -8.46
+3, 2, -4.7
+*STOP
+v, BELOW, -0.15
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("largest", [0.01, 0.02, 0.03, 0.05])
+def test_span_that_closes_behind_a_limit_point(largest):
+    """The roller comes to the frame's corner just before the limit point. The span between both closes; an equilibrium with the contact at
+    the corner that lies behind the limit point is no onset, and the run went there past the limit point."""
+    run = dr.run_deck(PORTAL.format(first=0.025, largest=largest), code=None)
+    limits = [c.load_factor for c in run.labelled("LP")]
+    assert limits
+    dr.assert_close(limits[0], 2.0559896, relative=1e-6)

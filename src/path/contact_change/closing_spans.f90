@@ -96,12 +96,13 @@ contains
       if (size(first) == 0) first = closing
    end function closed_or_all
 
-   !> True if all contacts that a set without free spans gains begin at its onset: each has a zero of pressure or force there.
+   !> True if all contacts that a set without free spans gains begin at its onset: each has a zero of pressure or force there. If no
+   !> zero is located there, the set may be valid only behind the closing of another span: it is false, too.
    logical function all_begin(first)
       type(other_set_t), intent(in) :: first          !! the set at its onset
       type(span_test_t), allocatable :: tests(:)
-      all_begin = first%times == 1 .or. first%test == 0
-      if (all_begin) return
+      all_begin = first%times == 1 .and. first%test > 0
+      if (all_begin .or. first%test == 0) return
       tests = tests_of(first)
       tests = pack(tests, any_of_forces(tests%kind) .and. tests%value <= well_below * test_slack(tests%kind))
       all_begin = size(places_of_tests(first%problem, first%state, find_strips(first%problem%layout), tests, &
