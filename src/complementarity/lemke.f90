@@ -19,7 +19,8 @@
 module lemke
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kinds, only: wp
-   use lapack, only: dgetrf, dgetrs, dpotrf, dpotrs
+   use lapack, only: dgetrf, dgetrs, dpotrs
+   use small_dense, only: factor_positive
    use minimum_search, only: golden
    use lcp_basis, only: scaled_lcp_t, basis_t, start, invert, exchange, evaluate_basis, least_row, blocking_row
    implicit none
@@ -150,15 +151,15 @@ contains
       !> Lemke's method takes about 10 n**3 operations for n pivots, one exchange of all wrong signs at most 2/3 n**3.
       integer, parameter :: max_sweeps = 15
       real(wp) :: a(problem%n, problem%n)
-      logical :: active(problem%n), next(problem%n), ray
-      integer :: info, sweep
+      logical :: active(problem%n), next(problem%n), ray, positive
+      integer :: sweep
       a = problem%m + transpose(problem%m)
-      call dpotrf('L', problem%n, a, problem%n, info)
-      problem%symmetric = info == 0 .and. all(abs(problem%m - transpose(problem%m)) <= symmetry_tolerance)
+      call factor_positive(problem%n, a, positive)
+      problem%symmetric = positive .and. all(abs(problem%m - transpose(problem%m)) <= symmetry_tolerance)
       ok = .false.
       active = .false.
       next = problem%q < 0.0_wp
-      do sweep = 1, merge(max_sweeps, 0, info == 0)
+      do sweep = 1, merge(max_sweeps, 0, positive)
          exchanges = exchanges + count(next .neqv. active)
          active = next
          call solve_active(problem, active, z, w, ok, ray, next)
@@ -308,11 +309,11 @@ contains
       w = max(problem%q, 0.0_wp)
       allocate (pivot(k))
       if (problem%symmetric) then
-         call dpotrf('L', k, lu, max(1, k), info)
+         call factor_positive(k, lu, ok)
       else
          call dgetrf(k, k, lu, max(1, k), pivot, info)
+         ok = info == 0
       end if
-      ok = info == 0
       ray = .false.
       next = active
       if (.not. ok) return

@@ -1,9 +1,10 @@
-!> Dense systems of element size (at most a dozen unknowns), for which a call of LAPACK costs more than the elimination itself.
+!> Dense systems that are too small for LAPACK: those of elements (at most a dozen unknowns), for which a call costs more than the
+!> elimination itself, and Cholesky factors of up to a few hundred columns.
 module small_dense
    use kinds, only: wp, parallel
    implicit none
    private
-   public :: solve_small, find_dependent_row
+   public :: solve_small, factor_positive, find_dependent_row
 
 contains
 
@@ -81,6 +82,39 @@ contains
          from = from - factor * equation
       end subroutine take_off
    end subroutine solve_small
+
+   !> Cholesky factors L of a symmetric positive definite matrix A = L L^T, in the storage of LAPACK's dpotrf.
+   pure subroutine factor_positive(n, a, positive)
+      integer, intent(in) :: n             !! order of the matrix
+      real(wp), intent(inout) :: a(n, n)   !! in: A; out: its lower triangle is L; the upper triangle is not used
+      logical, intent(out) :: positive     !! false: A is not positive definite, and L is undefined
+      real(wp) :: row(4)
+      integer :: j, k
+      do j = 1, n
+         do k = 1, j - 4, 4
+            row = a(j, k:k + 3)
+            call take_off(n + 1 - j, row, a(j, k), a(j, j))
+         end do
+         do k = j - modulo(j - 1, 4), j - 1
+            a(j:, j) = a(j:, j) - a(j, k) * a(j:, k)
+         end do
+         positive = a(j, j) > 0.0_wp
+         if (.not. positive) return
+         a(j:, j) = a(j:, j) / sqrt(a(j, j))
+      end do
+      positive = .true.
+
+   contains
+
+      !> Subtracts multiples of four columns from another one. Together they take half the memory accesses of one after the other.
+      pure subroutine take_off(m, factor, columns, from)
+         integer, intent(in) :: m
+         real(wp), intent(in) :: factor(4), columns(n, *)
+         real(wp), intent(inout) :: from(m)
+         from = from - factor(1) * columns(:m, 1) - factor(2) * columns(:m, 2) - factor(3) * columns(:m, 3) - &
+            & factor(4) * columns(:m, 4)
+      end subroutine take_off
+   end subroutine factor_positive
 
    !> Finds a row of a symmetric positive semi-definite matrix that is a linear combination of the others, by elimination with
    !> diagonal pivots.
