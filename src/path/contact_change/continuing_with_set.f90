@@ -1,6 +1,6 @@
 !> Continues with another contact set: with that which trials found at a located change, or with a neighbour of the present set
 !> where no increment converges or no set was found at a change (contact_trials). If no neighbour is valid, contact at many nodes
-!> gives the set (contact_in_doubt).
+!> gives the set (set_at_nodes).
 module continuing_with_set
    use kinds, only: wp
    use model, only: step_t
@@ -8,7 +8,7 @@ module continuing_with_set
    use test_kinds, only: span_test_t, any_fails, test_length, test_pressure
    use other_set, only: other_set_t, copy_other_set, go_to_load
    use contact_trials, only: try_sets
-   use contact_in_doubt, only: ask_nodes
+   use set_at_nodes, only: find_set_at_nodes
    use step_off, only: tangent_along
    use entering_contact_set, only: go_to_next, adopt, passes_value
    use span_tests, only: run_span_tests
@@ -45,7 +45,7 @@ contains
       if (changed) then
          call begin_set(problem, step, run, first, next, recorder, finished, outcome)
       else
-         call ask_nodes(problem, run, reach, next, changed)
+         call find_set_at_nodes(problem, run, reach, next, changed)
          if (.not. changed) return
          ! A value that the deck asks for has no equilibrium with a set that is valid only behind it.
          call come_before_values(problem, step, run, .false., next, passes)

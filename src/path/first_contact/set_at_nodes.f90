@@ -5,7 +5,7 @@
 !> contact at nodes corresponds to point and line contacts that pass their tests (find_spans_ahead). The path then goes back to the
 !> first point at which this contact set is valid (go_back). That point must be near the present point (is_near). The contacts lost
 !> and gained are found by comparison of the two sets (label_and_number).
-module contact_in_doubt
+module set_at_nodes
    use kinds, only: wp
    use model, only: method_load, method_cylindrical
    use problem, only: problem_t
@@ -25,7 +25,7 @@ module contact_in_doubt
    use corrector, only: increment_t, correct
    implicit none
    private
-   public :: ask_nodes
+   public :: find_set_at_nodes
 
    real(wp), parameter :: turning = 2.0_wp !! largest rate of displacement up to the next set's equilibrium, over the rate of the
    !! path at the present point; with values from 0.2 to 20 every deck in input has the same results
@@ -34,7 +34,7 @@ contains
 
    !> Finds the next set of contact spans by contact at nodes, and its equilibrium at the nearest point ahead of the present one at
    !> which the set is valid.
-   subroutine ask_nodes(problem, run, reach, next, found)
+   subroutine find_set_at_nodes(problem, run, reach, next, found)
       type(problem_t), intent(in) :: problem       !! problem with the present contact spans
       type(path_state_t), intent(in) :: run
       real(wp), intent(in) :: reach                !! size of the increment that failed, in the units of the controlled quantity
@@ -80,7 +80,7 @@ contains
          & ahead%load_factor - here%load_factor)
       call label_and_number(problem, run%last%state, 1.0_wp / minval(nodes%element_last - nodes%element_first + 1), &
          & run%spans_begun, present_contact_spans(next%problem, next%state), next)
-   end subroutine ask_nodes
+   end subroutine find_set_at_nodes
 
    !> True if the next equilibrium is near enough to be on the same path: its distance from the present point agrees with the path's
    !> rate times the change of load. The difference between the meshes is allowed in addition.
@@ -120,4 +120,4 @@ contains
          end do
       end do
    end function active_nodes
-end module contact_in_doubt
+end module set_at_nodes
