@@ -16,7 +16,7 @@ module path_loop
    use path_state, only: path_state_t
    use critical_points, only: critical_points_t
    use first_contact, only: set_contact_of_start
-   use span_mesh, only: prepare_mesh, ask_for_twice, refine_mesh
+   use span_mesh, only: prepare_mesh, request_double_mesh, refine_mesh
    use step_control, only: start_control
    use path_point, only: path_point_t, renew, evaluate_tests
    use point_recording, only: record
@@ -340,7 +340,7 @@ contains
          end if
          ! Error contributions of a path do not apply to modes, and the mesh of the previous steps may be too coarse for modes.
          ! Therefore the number of elements is doubled.
-         call ask_for_twice(problem, run%last%state, request, asked)
+         call request_double_mesh(problem, run%last%state, request, asked)
          if (.not. asked) exit
          nowhere = run%last
          call refine_mesh(problem, run, nowhere, .false., request, taken, done)

@@ -24,8 +24,8 @@ module span_changes
    use span_candidates, only: present_contact_spans
    use beginning_place, only: lies_elsewhere
    use entering_contact_set, only: go_to_next, bound_for
-   use remeshing, only: ask_for_mesh
-   use span_mesh, only: ask_for_twice
+   use remeshing, only: request_finer_mesh
+   use span_mesh, only: request_double_mesh
    use continuing_with_set, only: begin_located
    use vanished_length, only: find_vanished
    use contact_trials, only: try_sets
@@ -171,7 +171,7 @@ contains
          without%label = change%label
          without%divides = change%divides
          change%label = '  '
-         call ask_at_onset(problem, step, run, without, tries, outcome, request)
+         call request_mesh_at_onset(problem, step, run, without, tries, outcome, request)
          if (request%repeats_increment()) return
       end if
       if (found) call other_ways(problem, step, run, change%point, zero, first, way)
@@ -215,7 +215,7 @@ contains
    end subroutine tell_ways
 
    !> Requests a finer mesh if the error of the load at which a length vanishes exceeds the tolerance.
-   subroutine ask_at_onset(problem, step, run, without, tries, outcome, request)
+   subroutine request_mesh_at_onset(problem, step, run, without, tries, outcome, request)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
@@ -230,9 +230,9 @@ contains
       there = without%path_point_t
       there%tangent = path_tangent_of(without%problem, on, there)
       call bars_at_point(without%problem, step, on, there, without%label, .false., without%test, bars)
-      call ask_for_mesh(without%problem, step, run, without%state, without%system%force_scale, bars, .true., tries, outcome, &
-         & request)
-   end subroutine ask_at_onset
+      call request_finer_mesh(without%problem, step, run, without%state, without%system%force_scale, bars, .true., tries, &
+         & outcome, request)
+   end subroutine request_mesh_at_onset
 
    !> Label of a change if the kind of its test determines the label.
    pure character(2) function label_of(problem, test) result(label)
@@ -280,7 +280,7 @@ contains
       if (.not. allocated(change%bars)) call bars_at_point(problem, step, run, change%point, change%label, &
          & .false., change%which, change%bars)
       if (change%label /= '  ' .and. tries < most_meshes .and. in_doubt(problem, step, run, interval, change)) then
-         call ask_for_twice(problem, run%last%state, request, asked)
+         call request_double_mesh(problem, run%last%state, request, asked)
          run%control%increment = increment
          if (asked) return
       end if

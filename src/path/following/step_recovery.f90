@@ -15,7 +15,7 @@ module step_recovery
    use force_law, only: segment_unknown
    use ground_marks, only: is_live
    use span_changes, only: check_contact_change
-   use span_mesh, only: step_back, ask_for_twice
+   use span_mesh, only: step_back, request_double_mesh
    use attempt, only: attempt_t, note_change, ended
    use increment_retries, only: retry_refined, try_another_set, shorten_increment
    use path_record, only: recorder_t
@@ -116,7 +116,7 @@ contains
          if (max(attempt%cuts, attempt%failures) <= cuts_before_mesh .and. .not. too_short(step, run, 0.5_wp)) return
          attempt%doubled_at = run%step_points
          attempt%failures = 0
-         call ask_for_twice(problem, run%last%state, attempt%request, done)
+         call request_double_mesh(problem, run%last%state, attempt%request, done)
          if (.not. done) return
          if (too_short(step, run, 0.5_wp)) run%control%increment = sign(attempt%first_increment, run%control%increment)
          call retry_refined(problem, run, attempt, .false.)

@@ -21,7 +21,7 @@ module span_mesh
    use timing, only: count_up, counter_remeshed
    implicit none
    private
-   public :: prepare_mesh, renew_mesh, refine_mesh, coarsen_mesh, step_back, ask_for_twice
+   public :: prepare_mesh, renew_mesh, refine_mesh, coarsen_mesh, step_back, request_double_mesh
 
 contains
 
@@ -205,7 +205,7 @@ contains
    end subroutine step_back
 
    !> Requests twice the number of elements everywhere.
-   subroutine ask_for_twice(problem, state, request, asked)
+   subroutine request_double_mesh(problem, state, request, asked)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(request_t), intent(inout) :: request
@@ -217,5 +217,5 @@ contains
       do k = 1, size(request%density)
          request%density(k)%elements = 2.0_wp * request%density(k)%elements
       end do
-   end subroutine ask_for_twice
+   end subroutine request_double_mesh
 end module span_mesh

@@ -26,7 +26,7 @@ module path_acceptance
    use error_bar, only: error_bars_t
    use error_report, only: bars_at_event, bars_at_point, note_error, tolerance_at
    use corner_limit, only: report_turned_load
-   use remeshing, only: request_mesh_at_event, ask_for_mesh, request_coarser_mesh, sizes_there
+   use remeshing, only: request_mesh_at_event, request_finer_mesh, request_coarser_mesh, sizes_there
    use path_record, only: recorder_t
    use run_accuracy, only: place_t
    implicit none
@@ -177,8 +177,8 @@ contains
             & findings%bars, wanted=step%asked_of_path > 0.0_wp .and. any(problem%layout%rod_segment%placed), &
             & changing=arrival%changing, keeps_mesh=findings%keeps_mesh .and. critical)
          if (behind_end .or. .not. allocated(findings%bars)) return
-         if (can_remesh) call ask_for_mesh(problem, step, run, trial%state, trial%system%force_scale, findings%bars, critical, &
-            & arrival%tries, outcome, request)
+         if (can_remesh) call request_finer_mesh(problem, step, run, trial%state, trial%system%force_scale, findings%bars, &
+            & critical, arrival%tries, outcome, request)
          if (request%repeats_increment()) return
          if (.not. critical) call note_error(problem, step, findings%bars, sizes_there(problem, step, run, trial%state, &
             & trial%system%force_scale, tolerance_at(problem, step, ''), outcome), '', place_t(run%branch, problem%step, &

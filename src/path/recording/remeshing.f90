@@ -15,7 +15,7 @@ module remeshing
    use mesh_request, only: most_meshes, request_mesh, coarser_mesh, motion_sizes, value_sizes
    implicit none
    private
-   public :: request_mesh_at_event, ask_for_mesh, request_coarser_mesh, sizes_there
+   public :: request_mesh_at_event, request_finer_mesh, request_coarser_mesh, sizes_there
 
    real(wp), parameter :: most_sharp = 1.0e-5_wp !! smallest residual tolerance that is requested, over the step's tolerance;
    !! smaller residuals are rounding
@@ -40,15 +40,16 @@ contains
          if (located_event%event%kind == event_release) call remove_force_free_lines(problem, place, system, free, released, &
             & any_weak)
          if (any_weak) then
-            call ask_for_mesh(free, step, run, released, system%force_scale, located_event%bars, .true., tries, outcome, request)
+            call request_finer_mesh(free, step, run, released, system%force_scale, located_event%bars, .true., tries, outcome, &
+               & request)
          else
-            call ask_for_mesh(problem, step, run, place, system%force_scale, located_event%bars, .true., tries, outcome, request)
+            call request_finer_mesh(problem, step, run, place, system%force_scale, located_event%bars, .true., tries, outcome, request)
          end if
       end associate
    end subroutine request_mesh_at_event
 
    !> Requests a finer mesh, or a smaller residual, if the errors of a point exceed the tolerance.
-   subroutine ask_for_mesh(problem, step, run, place, force_scale, bars, critical, tries, outcome, request)
+   subroutine request_finer_mesh(problem, step, run, place, force_scale, bars, critical, tries, outcome, request)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
@@ -83,7 +84,7 @@ contains
       ! nodes are at the interface points.
       if (allocated(request%density) .and. .not. request%at_last_point) &
          & request%at_last_point = allocated(bars%may_change) .or. marked(problem, place, find_cuts(problem, place))
-   end subroutine ask_for_mesh
+   end subroutine request_finer_mesh
 
    !> Requests a coarser mesh if the errors of a point are far below the tolerance.
    subroutine request_coarser_mesh(problem, step, run, place, force_scale, bars, tries, outcome)
