@@ -10,7 +10,7 @@ module continuing_with_set
    use contact_trials, only: try_sets
    use set_at_nodes, only: find_set_at_nodes
    use step_off, only: tangent_along
-   use entering_contact_set, only: go_to_next, adopt, passes_value
+   use entering_contact_set, only: go_to_next, replace_set, passes_value
    use span_tests, only: run_span_tests
    use path_continuity, only: relate, same_path
    use mesh_transfer, only: transfer_and_solve
@@ -83,7 +83,7 @@ contains
             call go_to_next(problem, step, run, next, recorder, finished, outcome)
             return
          end if
-         call adopt(problem, run, next)
+         call replace_set(problem, run, next)
       end if
       ! Where a line contact has become a point contact, a free span beside it may be in neutral equilibrium, so that its pivot has
       ! no certain sign; the pivot count with the line contact is kept.
@@ -108,7 +108,7 @@ contains
       if (.not. leads) return
       call copy_problem(problem, on)
       call copy_path_state(run, there)
-      call adopt(on, there, first)
+      call replace_set(on, there, first)
       call transfer_and_solve(next%problem, on, there, leads)
       if (leads) leads = .not. any_fails(run_span_tests(on, there%last%state, max(there%last%system%force_scale, tiny(1.0_wp))))
       if (leads) leads = same_path(relate(on, there%last%state, next%state, there%last%tangent, next%tangent, .false.))

@@ -19,7 +19,7 @@ module entering_contact_set
    use path_record, only: recorder_t
    implicit none
    private
-   public :: go_to_next, adopt, passes_value, bound_for
+   public :: go_to_next, replace_set, passes_value, on_next_mesh
 
 contains
 
@@ -49,7 +49,7 @@ contains
       arrival%divides = next%divides
       arrival%tries = 0
       do
-         run = bound_for(before, start, next)
+         run = on_next_mesh(before, start, next)
          if (arrival%tries > 0) run%mesh%refinement = start%mesh%refinement
          lost = node_contacts(before, start%last%state) - node_contacts(next%problem, run%last%state)
          if (next%label == '' .and. lost > 0) then
@@ -110,7 +110,7 @@ contains
       logical, intent(in) :: smooth              !! the path has no corner: limit points and bifurcations count, too
       type(path_state_t) :: on
       type(event_t), allocatable :: events(:)
-      on = bound_for(problem, run, next)
+      on = on_next_mesh(problem, run, next)
       if (smooth) then
          call detect_events(next%problem, step, on%last%test_values, new_test_values(next%problem, next%state, next%system, &
             & next%tangent%load), on%last%state, next%state, events)
@@ -123,19 +123,19 @@ contains
 
    !> Replaces the contact set at the run's point by another one, and the state and path tangent by those of the known equilibrium
    !> of the other set.
-   subroutine adopt(problem, run, next)
+   subroutine replace_set(problem, run, next)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
       type(other_set_t), intent(in) :: next           !! with its path tangent
-      run = bound_for(problem, run, next)
+      run = on_next_mesh(problem, run, next)
       call copy_problem(next%problem, problem)
       run%last = next%path_point_t
       call evaluate_tests(problem, run%last)
-   end subroutine adopt
+   end subroutine replace_set
 
    !> The run at its present point, but on the mesh of the next set, with the path tangent towards the known equilibrium of this
    !> set.
-   function bound_for(problem, run, next) result(on)
+   function on_next_mesh(problem, run, next) result(on)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(other_set_t), intent(in) :: next
@@ -163,7 +163,7 @@ contains
          end if
          here%test_values = new_test_values(next%problem, here%state, next%system, here%tangent%load)
       end associate
-   end function bound_for
+   end function on_next_mesh
 
    !> True if the run's point and the next set's state have the same load within rounding: they are one equilibrium on two meshes.
    pure logical function is_there(run, next)

@@ -22,8 +22,8 @@ module span_changes
    use minima_of_tests, only: check_between
    use simultaneous_tests, only: coming_next, zero_too
    use span_candidates, only: present_contact_spans
-   use beginning_place, only: lies_elsewhere
-   use entering_contact_set, only: go_to_next, bound_for
+   use beginning_place, only: on_other_obstacle
+   use entering_contact_set, only: go_to_next, on_next_mesh
    use remeshing, only: request_finer_mesh
    use span_mesh, only: request_double_mesh
    use continuing_with_set, only: begin_located
@@ -177,7 +177,7 @@ contains
       if (found) call other_ways(problem, step, run, change%point, zero, first, way)
       call record_change(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
       if (.not. request%set_changed .or. finished .or. allocated(outcome%why)) return
-      if (found) call tell_ways(problem, run, change, way, recorder, outcome)
+      if (found) call keep_other_ways(problem, run, change, way, recorder, outcome)
       if (allocated(outcome%why)) return
       if (vanishes) then
          call go_to_next(problem, step, run, without, recorder, finished, outcome)
@@ -191,7 +191,7 @@ contains
    end subroutine pass_change
 
    !> Reports a contact change behind which the path has several ways on as a bifurcation, too, and keeps it for branches.
-   subroutine tell_ways(problem, run, change, way, recorder, outcome)
+   subroutine keep_other_ways(problem, run, change, way, recorder, outcome)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run   !! at the change, which is recorded
       type(change_t), intent(in) :: change
@@ -212,7 +212,7 @@ contains
       end associate
       call announce(problem, run, new_critical('BP', 'bifurcation, '//to_text(size(way) + 1)// &
          & ' ways on: several contacts change at once', change%bars), change%point, .true., recorder, outcome)
-   end subroutine tell_ways
+   end subroutine keep_other_ways
 
    !> Requests a finer mesh if the error of the load at which a length vanishes exceeds the tolerance.
    subroutine request_mesh_at_onset(problem, step, run, without, tries, outcome, request)
@@ -226,7 +226,7 @@ contains
       type(path_state_t) :: on
       type(error_bars_t), allocatable :: bars
       type(path_point_t) :: there
-      on = bound_for(problem, run, without)
+      on = on_next_mesh(problem, run, without)
       there = without%path_point_t
       there%tangent = path_tangent_of(without%problem, on, there)
       call bars_at_point(without%problem, step, on, there, without%label, .false., without%test, bars)
@@ -251,7 +251,7 @@ contains
       associate (test => change%tests(change%which))
          why = trim(test_words(test%kind))
          if (test%kind /= test_gap) return
-         if (lies_elsewhere(present_contact_spans(problem, change%point%state), test)) why = 'no contact set leads on from '// &
+         if (on_other_obstacle(present_contact_spans(problem, change%point%state), test)) why = 'no contact set leads on from '// &
             & 'where the rod lies on one obstacle and meets '// &
             & trim(problem%model%obstacle(problem%model%contact(test%contact)%obstacle)%name)//', which may hold it fast'
       end associate
@@ -279,7 +279,7 @@ contains
          & run%control%increment = change%point%state%load_factor - run%last%state%load_factor
       if (.not. allocated(change%bars)) call bars_at_point(problem, step, run, change%point, change%label, &
          & .false., change%which, change%bars)
-      if (change%label /= '  ' .and. tries < most_meshes .and. in_doubt(problem, step, run, interval, change)) then
+      if (change%label /= '  ' .and. tries < most_meshes .and. order_is_uncertain(problem, step, run, interval, change)) then
          call request_double_mesh(problem, run%last%state, request, asked)
          run%control%increment = increment
          if (asked) return
@@ -311,7 +311,7 @@ contains
    end subroutine record_change
 
    !> True if the order of two changes is uncertain: their distance is less than the sum of their error bars.
-   logical function in_doubt(problem, step, run, interval, change)
+   logical function order_is_uncertain(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
@@ -321,7 +321,7 @@ contains
       real(wp) :: fall(size(change%tests)), way
       integer, allocatable :: next(:)
       integer :: k
-      in_doubt = .false.
+      order_is_uncertain = .false.
       if (.not. allocated(change%bars) .or. change%which == 0) return
       way = abs(interval%to%state%load_factor - interval%from%load_factor)
       if (.not. (change%bars%load%estimated .and. change%bars%load%bounded .and. way > 0.0_wp)) return
@@ -331,10 +331,10 @@ contains
          call bars_at_point(problem, step, run, change%point, 'C+', .false., next(k), bars)
          if (.not. allocated(bars)) return
          if (.not. (bars%load%estimated .and. bars%load%bounded)) cycle
-         in_doubt = change%tests(next(k))%value * way <= (change%bars%load%bar + bars%load%bar) * fall(next(k))
-         if (in_doubt) return
+         order_is_uncertain = change%tests(next(k))%value * way <= (change%bars%load%bar + bars%load%bar) * fall(next(k))
+         if (order_is_uncertain) return
       end do
-   end function in_doubt
+   end function order_is_uncertain
 
    !> Requests a shorter increment to locate a zero that was not found.
    subroutine go_less_far(step, run, test, request)

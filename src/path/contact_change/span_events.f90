@@ -42,7 +42,7 @@ contains
       if (.not. (fails .or. turns(run, interval))) call find_osculation_ahead(problem, run, interval, change)
       do round = 0, size(interval%after)
          if (fails) then
-            call tell_places_apart(problem, interval)
+            call correct_gaps_before(problem, interval)
             change%which = steepest(interval)
             call locate_test_zero(problem, step, run, interval, change)
          end if
@@ -86,7 +86,7 @@ contains
    !> Corrects gap tests at the beginning of an increment. A free span that penetrates at the end may have had its least gap
    !> elsewhere at the beginning, for instance where it just opened; no contact begins there, and the gap at the place of the later
    !> penetration counts.
-   subroutine tell_places_apart(problem, interval)
+   subroutine correct_gaps_before(problem, interval)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(inout) :: interval
       integer :: k
@@ -97,7 +97,7 @@ contains
             before%value = gap_at(problem, interval%from, after%contact, after%rod_segment, after%at) / problem%size
          end associate
       end do
-   end subroutine tell_places_apart
+   end subroutine correct_gaps_before
 
    !> Failing test with the earliest zero by linear interpolation between the ends of the increment; 0: no test fails.
    pure integer function steepest(interval) result(first)

@@ -6,7 +6,7 @@ module span_start
    use contact_spans, only: contact_span_t
    use span_problem, only: new_span_problem, new_sampled_problem, place_spans
    use other_set, only: other_set_t
-   use entering_contact_set, only: bound_for
+   use entering_contact_set, only: on_next_mesh
    use nodes_to_spans, only: find_spans_ahead, most_increments
    use set_onset, only: go_back
    use corrector, only: increment_t
@@ -239,7 +239,7 @@ contains
          return
       end if
       next%problem%contact_span%number = run%spans_begun + next%problem%contact_span%number
-      run = bound_for(problem, run, next)
+      run = on_next_mesh(problem, run, next)
       call copy_problem(next%problem, problem)
       trial = next%path_point_t
    end subroutine begin_spans

@@ -21,7 +21,7 @@ module beginning_place
    use error_report, only: bars_at_contact_start
    implicit none
    private
-   public :: complete_beginning, lies_elsewhere
+   public :: complete_beginning, on_other_obstacle
 
 contains
 
@@ -34,7 +34,7 @@ contains
       type(change_t), intent(inout) :: change    !! in: of kind change_located
       real(wp) :: tau
       if (change%tests(change%which)%kind /= test_gap) return
-      if (.not. lies_elsewhere(present_contact_spans(problem, change%point%state), change%tests(change%which))) &
+      if (.not. on_other_obstacle(present_contact_spans(problem, change%point%state), change%tests(change%which))) &
          & call begin_sharply(problem, step, run, interval, change)
       associate (test => change%tests(change%which))
          run%onset%region = beginning_region(problem, change%point%state, test%contact, test%rod_segment, test%at)
@@ -82,11 +82,11 @@ contains
    end subroutine begin_sharply
 
    !> True if the place of a gap is on a line contact with another obstacle.
-   pure logical function lies_elsewhere(now, test)
+   pure logical function on_other_obstacle(now, test)
       type(contact_span_t), intent(in) :: now(:)  !! the present contact spans
       type(span_test_t), intent(in) :: test
-      lies_elsewhere = any(now%line .and. now%rod_segment == test%rod_segment .and. now%at(1) <= test%at .and. &
+      on_other_obstacle = any(now%line .and. now%rod_segment == test%rod_segment .and. now%at(1) <= test%at .and. &
          & now%at(2) >= test%at)
-   end function lies_elsewhere
+   end function on_other_obstacle
 
 end module beginning_place

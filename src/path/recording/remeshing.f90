@@ -43,7 +43,8 @@ contains
             call request_finer_mesh(free, step, run, released, system%force_scale, located_event%bars, .true., tries, outcome, &
                & request)
          else
-            call request_finer_mesh(problem, step, run, place, system%force_scale, located_event%bars, .true., tries, outcome, request)
+            call request_finer_mesh(problem, step, run, place, system%force_scale, located_event%bars, .true., tries, &
+               & outcome, request)
          end if
       end associate
    end subroutine request_mesh_at_event
