@@ -8,7 +8,7 @@ module breakpoint_forces
    use conforming_span, only: conforming_forces
    implicit none
    private
-   public :: at_breakpoint, stands, breakpoint_force, breakpoint_couple, left_over
+   public :: at_breakpoint, is_supported, breakpoint_force, breakpoint_couple, left_over
 
 contains
 
@@ -25,14 +25,14 @@ contains
 
    !> True if a support carries the whole force that the obstacle could exert on a contact node, because it fixes the node with and
    !> without contact.
-   pure logical function stands(problem, state, candidate)
+   pure logical function is_supported(problem, state, candidate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       type(track_t) :: track
       track = node_track(problem, state, candidate)
-      stands = .not. may_react(problem, candidate, [-track%tangent(2), track%tangent(1)])
-   end function stands
+      is_supported = .not. may_react(problem, candidate, [-track%tangent(2), track%tangent(1)])
+   end function is_supported
 
    !> Concentrated force of the obstacle at a segment boundary, > 0 in compression: the reaction that balances free elements, loads
    !> and springs, plus the jump of Q between elements on the track. Zero if supports carry the whole force.

@@ -9,7 +9,7 @@ module span_regions
    use obstacle_pose, only: pose_t
    use obstacle_geometry, only: has_angle, contact_angle, turns_forward, unwrap_angle
    use track_nodes, only: rod_angle, rolled_t, rolled
-   use breakpoint_forces, only: stands
+   use breakpoint_forces, only: is_supported
    use path_record, only: region_t
    use error_bar, only: error_bars_t, new_error_bar
    use ordering, only: ascending
@@ -31,7 +31,7 @@ contains
       ! A node that is clamped on an obstacle, without contact beside it, is not a region.
       do c = 1, problem%candidates%n
          if (seen(c) .or. any(problem%candidates%neighbour(:, c) > 0)) cycle
-         seen(c) = stands(problem, state, c)
+         seen(c) = is_supported(problem, state, c)
       end do
       do c = 1, problem%candidates%n
          if (.not. seen(c) .and. problem%candidates%neighbour(1, c) == 0) regions = [regions, follow(c)]

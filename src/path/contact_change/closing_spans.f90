@@ -75,7 +75,7 @@ contains
       if (.not. changed) return
       associate (onset => first%state%load_factor, end => interval%to%state%load_factor)
          if (interval%stuck) then
-            changed = .not. goes_on(problem, run, onset)
+            changed = .not. stays_valid(problem, run, onset)
          else
             changed = .not. passes_value(problem, step, run, first, .false.)
             too_far = .not. changed .and. (onset - end) * (end - interval%from%load_factor) <= 0.0_wp
@@ -118,7 +118,7 @@ contains
 
    !> True if the present set is still valid just beyond the onset of another one: both are then valid within the slack of their
    !> tests, and the end of the present set says where the contact changes.
-   logical function goes_on(problem, run, onset)
+   logical function stays_valid(problem, run, onset)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       real(wp), intent(in) :: onset              !! load factor
@@ -127,12 +127,13 @@ contains
       type(increment_t) :: report
       control%method = method_load
       control%increment = (1.0_wp + step_ahead(1)) * (onset - run%last%state%load_factor)
-      goes_on = abs(control%increment) > 0.0_wp
-      if (.not. goes_on) return
+      stays_valid = abs(control%increment) > 0.0_wp
+      if (.not. stays_valid) return
       call advance(problem, run%last, control, there, report)
-      goes_on = report%converged
-      if (goes_on) goes_on = .not. any_fails(run_span_tests(problem, there%state, max(there%system%force_scale, tiny(onset))))
-   end function goes_on
+      stays_valid = report%converged
+      if (stays_valid) stays_valid = .not. any_fails(run_span_tests(problem, there%state, max(there%system%force_scale, &
+         & tiny(onset))))
+   end function stays_valid
 
    !> True if the span has become shorter on the interval.
    pure logical function closes(interval, which)

@@ -17,7 +17,7 @@ module set_trial
    use path_continuity, only: path_tangent_t, normal_plane
    use bordered_system, only: linearise
    use sized_equilibrium, only: solve_sized
-   use other_set, only: other_set_t, new_other_set, settle
+   use other_set, only: other_set_t, new_other_set, find_equilibrium
    use path_state, only: path_state_t
    use rod_strips, only: strip_t, on_segments, strip_place, brought_near
    use beginning_contacts, only: release
@@ -55,7 +55,7 @@ contains
       call carry_forces(problem, state, next%problem, next%state)
       if (all(neighbour%held == 0)) then
          found = .not. neighbour%beyond
-         if (found) call settle(next, found, plane_at(here, next))
+         if (found) call find_equilibrium(next, found, plane_at(here, next))
          if (.not. found .and. first .and. allocated(here%beyond)) then
             ! Without forces at the change a free span has no definite equilibrium.
             contact_span = moved_beyond(here, next%problem%contact_span)
@@ -63,7 +63,7 @@ contains
             if (.not. found) return
             edited_at = here%beyond%load_factor
             next = new_other_set(problem, here%beyond, contact_span)
-            call settle(next, found)
+            call find_equilibrium(next, found)
          end if
          if (found .and. first .and. here%at_change .and. neighbour%edit == edit_add) call release(next, here%spans_begun + 1, free)
       else

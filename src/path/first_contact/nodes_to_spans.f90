@@ -9,7 +9,7 @@ module nodes_to_spans
    use span_candidates, only: present_contact_spans
    use track_nodes, only: rod_angle
    use test_kinds, only: span_test_t, test_slack, test_vanishing, test_gap
-   use other_set, only: other_set_t, copy_other_set, new_other_set, settle, tests_of, holds
+   use other_set, only: other_set_t, copy_other_set, new_other_set, find_equilibrium, tests_of, passes_tests
    use reachability, only: leads_to_next
    use path_control, only: set_tangent
    use path_continuity, only: relation_t, relate, same_path, too_far
@@ -127,11 +127,11 @@ contains
          found = .not. any([(any([(meet(contact_span(c), contact_span(i)), i=1, c - 1)]), c=1, size(contact_span))])
          if (.not. found) return
          next = new_other_set(problem, trial, contact_span)
-         call settle(next, found)
+         call find_equilibrium(next, found)
          why = 'equilibrium was not found'
          if (.not. found) return
          why = 'contact did not settle'
-         found = holds(next)
+         found = passes_tests(next)
       end subroutine test_these_spans
 
       !> True if two contact spans on different obstacles are at the same place between the ends of a rod segment.

@@ -17,7 +17,7 @@ module other_set
    use corrector, only: increment_t, correct
    implicit none
    private
-   public :: other_set_t, copy_other_set, new_other_set, release_held_twice, settle, go_to_load, tests_of, holds
+   public :: other_set_t, copy_other_set, new_other_set, release_held_twice, find_equilibrium, go_to_load, tests_of, passes_tests
 
    !> Point of the path with another contact set, found before the run accepts this set. Its tangent is the path tangent with
    !> which the present set arrives at the point; it is not known at the start of a step, where nothing has been displaced yet.
@@ -79,18 +79,18 @@ contains
 
    !> Finds the equilibrium at the state's load factor: first with fixed touchdown points, because only forces in equilibrium
    !> determine the places of the touchdown points.
-   subroutine settle(next, found, plane)
+   subroutine find_equilibrium(next, found, plane)
       type(other_set_t), intent(inout) :: next
       logical, intent(out) :: found
       type(control_t), intent(in), optional :: plane !! plane in which the equilibrium is sought; absent: the load is held
       integer :: c
       found = .true.
-      if (any(next%problem%candidates%moves)) call stay(with_held(next%problem, [(c, c=1, next%problem%candidates%n)]))
-      if (found) call stay(next%problem)
+      if (any(next%problem%candidates%moves)) call solve_with(with_held(next%problem, [(c, c=1, next%problem%candidates%n)]))
+      if (found) call solve_with(next%problem)
 
    contains
 
-      subroutine stay(problem)
+      subroutine solve_with(problem)
          type(problem_t), intent(in) :: problem
          type(state_t) :: start
          type(control_t) :: here
@@ -100,8 +100,8 @@ contains
          if (present(plane)) here = plane
          call correct(problem, start, here, .true., next%state, next%system, report, far_off=.true.)
          found = report%converged
-      end subroutine stay
-   end subroutine settle
+      end subroutine solve_with
+   end subroutine find_equilibrium
 
    !> Moves the next set to another load factor, factors its system there and runs its tests. Without an equilibrium the state is
    !> unchanged and `tests` is not allocated.
@@ -132,8 +132,8 @@ contains
    end function tests_of
 
    !> True if the set passes all its tests at its equilibrium.
-   logical function holds(next)
+   logical function passes_tests(next)
       type(other_set_t), intent(in) :: next
-      holds = .not. any_fails(tests_of(next))
-   end function holds
+      passes_tests = .not. any_fails(tests_of(next))
+   end function passes_tests
 end module other_set

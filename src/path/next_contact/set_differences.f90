@@ -10,7 +10,7 @@ module set_differences
    use contact_spans, only: contact_span_t
    use rod_strips, only: strip_t, find_strips, strip_place, on_strips, brought_near
    use span_candidates, only: present_contact_spans
-   use breakpoint_forces, only: stands
+   use breakpoint_forces, only: is_supported
    use other_set, only: other_set_t
    implicit none
    private
@@ -74,7 +74,7 @@ contains
       type(contact_span_t), allocatable :: set(:)
       integer :: k
       set = on_strips(strip, spans)
-      set = pack(set, set%line .or. .not. [(stands(problem, state, set(k)%candidate(1)), k=1, size(set))])
+      set = pack(set, set%line .or. .not. [(is_supported(problem, state, set(k)%candidate(1)), k=1, size(set))])
    end function contacts
 
    !> (before, now) true: a contact continues one of the contacts before. The contacts of either set may reach beyond their ends by

@@ -114,9 +114,9 @@ contains
       !! state is not allocated if none was found. Present: the interval is halved until there is one
       real(wp) :: fails                    ! load factor at which the set fails
       integer :: try
-      logical :: holds
+      logical :: valid
       call test_at(to)
-      if (holds) return
+      if (valid) return
       do try = 1, most_halvings
          if (present(outside)) then
             if (allocated(outside%state%u)) return
@@ -133,18 +133,18 @@ contains
          type(other_set_t) :: there
          call copy_other_set(next, there)
          call go_to_load(there, load, tests)
-         holds = allocated(tests)
-         if (holds .and. present(outside)) then
+         valid = allocated(tests)
+         if (valid .and. present(outside)) then
             if (any_fails(tests)) call copy_other_set(there, outside)
          end if
-         if (holds) then
+         if (valid) then
             where (tests%kind == test_length .or. tests%kind == test_boundary_span)
                tests%value = tests%value + (1.0_wp - shorter) * least_length(next%problem, tests) / next%problem%size
             end where
-            holds = .not. any_fails(tests) .and. contact_holds(there%problem, there%state, there%system)
+            valid = .not. any_fails(tests) .and. contact_holds(there%problem, there%state, there%system)
          end if
-         if (holds) call copy_other_set(there, next)
-         if (.not. holds) fails = load
+         if (valid) call copy_other_set(there, next)
+         if (.not. valid) fails = load
       end subroutine test_at
    end subroutine go_back
 end module set_onset

@@ -7,7 +7,7 @@ module vanished_length
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t
-   use breakpoint_forces, only: breakpoint_couple, breakpoint_force, left_over, stands
+   use breakpoint_forces, only: breakpoint_couple, breakpoint_force, left_over, is_supported
    use past_breakpoints, only: beyond
    use contact_spans, only: contact_span_t
    use contact_set_edits, only: end_moved, shrunk
@@ -108,7 +108,8 @@ contains
       at_support = test%kind == test_length
       if (at_support) then
          k = test%contact_span
-         side = findloc([stands(problem, state, set(k)%candidate(1)), stands(problem, state, set(k)%candidate(2))], .true., 1)
+         side = findloc([is_supported(problem, state, set(k)%candidate(1)), is_supported(problem, state, &
+            & set(k)%candidate(2))], .true., 1)
          if (side == 0) return
          number = set(k)%number
          set = shrunk(set, k, set(k)%at(side))

@@ -14,7 +14,7 @@ module corner_limit
    use path_events, only: note_of_corner
    use path_point, only: path_point_t
    use path_state, only: path_state_t, path_tangent_of
-   use unrecorded_path, only: goes_on
+   use unrecorded_path, only: can_continue
    use event_recording, only: announce, new_critical
    use path_outcome, only: outcome_t
    use path_record, only: recorder_t, critical_t
@@ -79,6 +79,6 @@ contains
       outcome%turns = .true.
       outcome%why = 'the path turns back where the contact changes, at load factor '//to_text(run%last%state%load_factor)//': '// &
          & trim(merge('load control        ', 'displacement control', run%control%method == method_load))//' cannot follow it'
-      if (goes_on(problem, run)) outcome%why = outcome%why//' (METHOD=CYLINDRICAL can)'
+      if (can_continue(problem, run)) outcome%why = outcome%why//' (METHOD=CYLINDRICAL can)'
    end subroutine check_return
 end module corner_limit

@@ -11,7 +11,7 @@ module unrecorded_path
    use span_tests, only: spans_hold
    implicit none
    private
-   public :: unrecorded_path_t, start_unrecorded, advance_unrecorded, goes_on
+   public :: unrecorded_path_t, start_unrecorded, advance_unrecorded, can_continue
 
    integer, parameter :: most_cuts = 10        !! largest number of halvings of the increment
 
@@ -68,11 +68,11 @@ contains
    end subroutine advance_unrecorded
 
    !> True if an increment by arc length from the last accepted point of the run ends at another point of the path.
-   logical function goes_on(problem, run)
+   logical function can_continue(problem, run)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(unrecorded_path_t) :: look
       look = start_unrecorded(run)
-      call advance_unrecorded(problem, look, goes_on)
-   end function goes_on
+      call advance_unrecorded(problem, look, can_continue)
+   end function can_continue
 end module unrecorded_path
