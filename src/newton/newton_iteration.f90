@@ -252,7 +252,7 @@ contains
    end subroutine measure
 
    !> True if residual, last correction and constraint violation are small enough. A residual below the tolerance that no longer
-   !> decreases is accepted, even if a smaller one was required.
+   !> decreases is accepted, even if a request for smaller errors asks for less.
    logical function is_small(problem, state, system, newton, report) result(small)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

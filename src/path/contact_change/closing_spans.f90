@@ -87,7 +87,8 @@ contains
       call begin_set(problem, step, run, first, next, recorder, finished, outcome)
    end subroutine close_spans
 
-   !> Tests of those free spans whose gap is rounding; if there are none, all: spans that have closed lie down before others do.
+   !> Tests of those free spans whose gap is rounding; if there are none, all: spans that have closed are replaced by line contacts
+   !> before others are.
    pure function closed_or_all(problem, closing) result(first)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: closing(:) !! tests of free spans

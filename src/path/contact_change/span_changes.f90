@@ -1,5 +1,5 @@
 !> Changes of the contact spans along a path: the change is located at the zero of a test function, the contact set is changed, the
-!> structure is remeshed, and the path continues in the sense in which the new contact or free span grows. The walk of a change:
+!> structure is remeshed, and the path continues in the sense in which the new contact or free span grows. The steps:
 !>
 !>   find_change     the test that is zero first, and where (span_events, span_location)
 !>   close_spans     the set without free spans that vanish there, at its onset (closing_spans, set_onset)

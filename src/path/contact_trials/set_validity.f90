@@ -385,8 +385,8 @@ contains
       load_changes = abs(next%state%load_factor - here%state%load_factor) > least_change * here%least_load
    end function load_changes
 
-   !> True if increments can go on from an equilibrium, as they came: where a line contact lifts off, the size of the new free span
-   !> is of the order of that at the end of the increment.
+   !> True if an equilibrium is so far from the change that increments of the present length converge from it. Where a line contact
+   !> lifts off, its free span must be about as long as that at the end of the increment.
    pure logical function is_far_enough(here, next)
       type(change_place_t), intent(in) :: here
       type(other_set_t), intent(in) :: next

@@ -124,7 +124,7 @@ contains
          call solve(error, move)
          if (.not. ok) return
          size_of_move = norm2(move / unit)
-         ! An equilibrium so far away is none of this path.
+         ! An equilibrium so far away is on another path.
          ok = abs(move(n)) <= farthest * along
          if (.not. ok) return
          whole = part_allowed(move)
