@@ -17,7 +17,7 @@ module minima_of_tests
    use path_control, only: path_length
    use path_point, only: path_point_t, evaluate_span_tests
    use path_state, only: path_state_t
-   use step_control, only: smallest
+   use step_control, only: too_short
    implicit none
    private
    public :: check_between, note_slopes, least_of_cubic
@@ -52,7 +52,7 @@ contains
       ! Tests whose slope is discontinuous there fail this check however short the increment is.
       if (shorter) run%slopes%closer = run%slopes%closer + 1
       run%slopes%rough = run%slopes%rough .or. run%slopes%closer > most_closer
-      shorter = shorter .and. .not. run%slopes%rough .and. 0.5_wp * abs(run%control%increment) >= smallest(step, run%control)
+      shorter = shorter .and. .not. run%slopes%rough .and. .not. too_short(step, run%control, 0.5_wp)
       if (.not. shorter) run%slopes%ahead = slope
    end subroutine check_between
 

@@ -38,7 +38,7 @@ module span_changes
    use corner_limit, only: check_return
    use trial_request, only: request_t
    use path_outcome, only: outcome_t
-   use step_control, only: smallest
+   use step_control, only: too_short
    use path_record, only: recorder_t
    use error_bar, only: error_bars_t
    use error_report, only: bars_at_point
@@ -105,7 +105,7 @@ contains
       logical :: can_cut, too_far
       finished = .false.
       if (size(closing) == 0) return
-      can_cut = .not. interval%stuck .and. 0.5_wp * abs(run%control%increment) >= smallest(step, run%control)
+      can_cut = .not. interval%stuck .and. .not. too_short(step, run%control, 0.5_wp)
       too_far = can_cut .and. turns(run, interval)
       if (.not. too_far) call close_spans(problem, step, run, point, interval, closing, can_cut, recorder, request%set_changed, &
          & too_far, finished, outcome)
@@ -343,7 +343,6 @@ contains
       type(span_test_t), intent(in) :: test      !! test whose zero was not found
       type(request_t), intent(inout) :: request  !! no set is found if the increment would be below the least one
       request%shorter = .true.
-      if (0.5_wp * abs(run%control%increment) < smallest(step, run%control)) &
-         & request%no_set = 'where '//trim(test_words(test%kind))//' was not found'
+      if (too_short(step, run%control, 0.5_wp)) request%no_set = 'where '//trim(test_words(test%kind))//' was not found'
    end subroutine go_less_far
 end module span_changes

@@ -10,7 +10,7 @@ module step_recovery
    use corner_turning, only: turn_corner
    use path_state, only: path_state_t, point_on_mesh_t
    use path_point, only: renew
-   use step_control, only: smallest
+   use step_control, only: too_short
    use path_outcome, only: outcome_t
    use force_law, only: segment_unknown
    use ground_marks, only: is_live
@@ -113,12 +113,12 @@ contains
          logical, intent(out) :: done
          done = .false.
          if (attempt%doubled_at == run%step_points) return
-         if (max(attempt%cuts, attempt%failures) <= cuts_before_mesh .and. .not. too_short(step, run, 0.5_wp)) return
+         if (max(attempt%cuts, attempt%failures) <= cuts_before_mesh .and. .not. too_short(step, run%control, 0.5_wp)) return
          attempt%doubled_at = run%step_points
          attempt%failures = 0
          call request_double_mesh(problem, run%last%state, attempt%request, done)
          if (.not. done) return
-         if (too_short(step, run, 0.5_wp)) run%control%increment = sign(attempt%first_increment, run%control%increment)
+         if (too_short(step, run%control, 0.5_wp)) run%control%increment = sign(attempt%first_increment, run%control%increment)
          call retry_refined(problem, run, attempt, .false.)
       end subroutine double_mesh
 
@@ -153,7 +153,7 @@ contains
          end if
          if (attempt%report%hopeless) then
             outcome%why = 'no first point: '//attempt%report%message
-         else if (attempt%cuts > max_cuts .or. too_short(step, run, 1.0_wp)) then
+         else if (attempt%cuts > max_cuts .or. too_short(step, run%control, 1.0_wp)) then
             if (.not. allocated(attempt%report%message)) attempt%report%message = 'no equilibrium'
             call try_another_set(problem, step, run, attempt, recorder, outcome)
             if (attempt%changed .or. ended(attempt, outcome)) return
@@ -165,14 +165,6 @@ contains
          end if
       end subroutine cut_increment
    end subroutine try_recovery
-
-   !> True if a given part of the increment is below the smallest increment of the step.
-   pure logical function too_short(step, run, part)
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(in) :: run
-      real(wp), intent(in) :: part
-      too_short = part * abs(run%control%increment) < smallest(step, run%control)
-   end function too_short
 
    !> Reason, as one sentence, why no further point of the path was found, with a remedy if one is known.
    !>

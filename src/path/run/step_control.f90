@@ -10,8 +10,8 @@ module step_control
    use corrector, only: increment_t
    implicit none
    private
-   public :: start_control, change_control, begin_arc_length, go_by_load, may_rest, next_increment, smallest, shorten_to_stop
-   public :: stop_met
+   public :: start_control, change_control, begin_arc_length, go_by_load, may_rest, next_increment, smallest, too_short
+   public :: shorten_to_stop, stop_met
 
    real(wp), parameter :: safety = 0.7_wp !! fraction of the largest permitted turn of the tangent that an increment is planned to
    !! use
@@ -146,6 +146,14 @@ contains
       ! The deck has no limit for the load increments at the start of an arc-length step.
       if (is_arc_length(step%method) .and. .not. is_arc_length(control%method)) smallest = least_load * abs(step%increment)
    end function smallest
+
+   !> True if a part of the present increment is below the smallest increment of the step.
+   pure logical function too_short(step, control, part)
+      type(step_t), intent(in) :: step
+      type(control_t), intent(in) :: control
+      real(wp), intent(in) :: part
+      too_short = part * abs(control%increment) < smallest(step, control)
+   end function too_short
 
    !> Shortens the next increment of load or displacement control so that it ends at the stop value.
    subroutine shorten_to_stop(step, run)
