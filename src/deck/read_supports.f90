@@ -138,7 +138,7 @@ contains
             if (deck%given('ROTATION')) normal = [merge(-1.0_wp, 1.0_wp, deck%word('ROTATION') == 'CLOCKWISE'), 0.0_wp]
             if (count([deck%given('ROTATION'), deck%given('DIRECTION'), deck%given('MEMBER')]) > 1) call deck%wrong_card( &
                'a card acts on the ROTATION, in a DIRECTION, or as a MEMBER')
-            if (deck%given('MEMBER')) normal = 1.0_wp   ! a placeholder: the direction of a member is set later
+            if (deck%given('MEMBER')) normal = 1.0_wp   ! a member acts in x and y; place_member sets its direction
             obstacle%point = reshape([0.0_wp, 0.0_wp, normal(2), -normal(1)], [2, 2])
             obstacle%rigid = .not. deck%given('LAW')
             if (deck%given('LAW')) obstacle%law = deck%named('LAW', deck%names%law, 'foundation law')
