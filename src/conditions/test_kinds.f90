@@ -45,8 +45,9 @@ module test_kinds
       & inside_elements, & ! leaving
       & inside_elements]   ! couple
 
-   real(wp), parameter :: well_below = 10.0_wp !! multiple of this amount: where one test is zero, another one fails if it is below
-   !! minus this multiple
+   real(wp), parameter :: well_below = 10.0_wp !! multiple of a slack, or of the error of a located zero, beyond which a value is
+   !! not zero: one decade, because both are known by their order only. Where one test is zero, another one fails if it is below
+   !! minus this multiple of its slack
 
    !> One test of a contact set and its value in one state.
    type :: span_test_t

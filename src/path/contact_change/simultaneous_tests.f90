@@ -3,7 +3,7 @@ module simultaneous_tests
    use kinds, only: wp
    use problem, only: problem_t
    use contact_spans, only: initial_share
-   use test_kinds, only: span_test_t, test_gap, test_force, test_slack
+   use test_kinds, only: span_test_t, test_gap, test_force, test_slack, well_below
    implicit none
    private
    public :: beginning_together, coming_next, zero_too
@@ -80,6 +80,6 @@ contains
       type(span_test_t), intent(in) :: tests(:)
       integer, intent(in) :: which
       logical :: at_zero(size(tests))
-      at_zero = tests%value <= max(test_slack(tests%kind), 10.0_wp * abs(tests(which)%value))
+      at_zero = tests%value <= max(test_slack(tests%kind), well_below * abs(tests(which)%value))
    end function at_zero
 end module simultaneous_tests

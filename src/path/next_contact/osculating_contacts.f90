@@ -7,6 +7,7 @@ module osculating_contacts
    use track_nodes, only: curvature_slack, excess_curvature, rolled_t, rolled
    use touchdown_points, only: point_force
    use contact_spans, only: initial_share
+   use test_kinds, only: well_below
    use path_control, only: control_t
    use linear_system, only: system_t, new_system
    use corrector, only: increment_t, correct
@@ -89,7 +90,7 @@ contains
    !> Least relative curvature that differs significantly from zero.
    pure real(wp) function least_resolved_curvature(problem) result(excess)
       type(problem_t), intent(in) :: problem
-      excess = 10.0_wp * curvature_slack / problem%size
+      excess = well_below * curvature_slack / problem%size
    end function least_resolved_curvature
 
    !> Finds the equilibrium at which a point contact has a given relative curvature.
