@@ -165,12 +165,13 @@ contains
       end associate
    end function on_next_mesh
 
-   !> True if the run's point and the next set's state have the same load within rounding: they are one equilibrium on two meshes.
+   !> True if the run's point and the next set's state have the same load within the rounding of a few operations, as in
+   !> rounding_gap: they are one equilibrium on two meshes.
    pure logical function is_there(run, next)
       type(path_state_t), intent(in) :: run
       type(other_set_t), intent(in) :: next
       associate (load => run%last%state%load_factor)
-         is_there = abs(next%state%load_factor - load) <= 10.0_wp * epsilon(load) * abs(load)
+         is_there = abs(next%state%load_factor - load) <= 8.0_wp * epsilon(load) * abs(load)
       end associate
    end function is_there
 end module entering_contact_set

@@ -22,11 +22,11 @@ module minima_of_tests
    private
    public :: check_between, note_slopes, least_of_cubic
 
-   real(wp), parameter :: told = 1.0e-3_wp !! least depth below zero of the cubic's minimum, as a share of the larger end value
+   real(wp), parameter :: least_dip = 1.0e-3_wp !! least depth below zero of the cubic's minimum, as a share of the larger end value
 
    integer, parameter :: most_closer = 5   !! halvings after which a failing test is taken to have a discontinuous slope
-   real(wp), parameter :: far = 1.0e-2_wp  !! least jump of a touchdown point that is detected, as a share of its rod segment
-   real(wp), parameter :: far_off = 0.5_wp !! share of the largest end slope by which the mean slope may lie outside both end slopes
+   real(wp), parameter :: least_jump = 1.0e-2_wp !! least jump of a touchdown point that is detected, as a share of its rod segment
+   real(wp), parameter :: outside = 0.5_wp !! share of the largest end slope by which the mean slope may lie outside both end slopes
 
 contains
 
@@ -108,10 +108,10 @@ contains
       do c = 1, problem%candidates%n
          if (.not. problem%candidates%moves(c) .or. problem%candidates%contact_span(c) == 0) cycle
          way = touch_place(problem, interval%to%state, c) - touch_place(problem, interval%from, c)
-         if (abs(way) <= &
-            & far * problem%layout%rod_segment(problem%contact_span(problem%candidates%contact_span(c))%rod_segment)%length) cycle
-         associate (both => length * slope(size(interval%after) + c, :))
-            jumps = jumps .or. max(way - maxval(both), minval(both) - way) > far_off * maxval(abs(both))
+         associate (both => length * slope(size(interval%after) + c, :), &
+            & whole => problem%layout%rod_segment(problem%contact_span(problem%candidates%contact_span(c))%rod_segment))
+            if (abs(way) <= least_jump * whole%length) cycle
+            jumps = jumps .or. max(way - maxval(both), minval(both) - way) > outside * maxval(abs(both))
          end associate
       end do
    end function jumps
@@ -138,7 +138,7 @@ contains
             if (before%value <= test_slack(after%kind)) cycle
             if (k /= which .and. after%value <= test_slack(after%kind)) cycle
             dips = dips .or. least_of_cubic([before%value, after%value], length * slope(k, :)) < &
-               & -told * max(before%value, after%value)
+               & -least_dip * max(before%value, after%value)
          end associate
       end do
    end function dips

@@ -27,8 +27,8 @@ module set_at_nodes
    private
    public :: find_set_at_nodes
 
-   real(wp), parameter :: turning = 2.0_wp !! largest rate of displacement up to the next set's equilibrium, over the rate of the
-   !! path at the present point; with values from 0.2 to 20 every deck in input has the same results
+   real(wp), parameter :: most_steeper = 2.0_wp !! largest rate of displacement up to the next set's equilibrium, over the rate of
+   !! the path at the present point; with values from 0.2 to 20 every deck in input has the same results
 
 contains
 
@@ -93,7 +93,7 @@ contains
       real(wp) :: rise, jump
       rise = next%state%load_factor - run%last%state%load_factor
       jump = path_length(next%problem, carried(problem, run%last%state, next%problem), next%state)
-      near = (jump - max(apart, sqrt(epsilon(rise)) * problem%size)) * abs(run%last%tangent%load) <= turning * abs(rise)
+      near = (jump - max(apart, sqrt(epsilon(rise)) * problem%size)) * abs(run%last%tangent%load) <= most_steeper * abs(rise)
    end function is_near
 
    !> (candidates) true: the node lies on a line contact, or next to a point contact.

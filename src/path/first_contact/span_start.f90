@@ -24,8 +24,8 @@ module span_start
    real(wp), parameter :: small_part = 0.5_wp**(most_increments / 2) !! length of the first increment in a second attempt, as a
    !! share of the full increment; by doubling, the attempt reaches the full increment within half of the allowed increments with
    !! contact at nodes
-   integer, parameter :: most_parts = 24 !! largest number of halvings of the first increment in search of the onset of contact;
-   !! contact that begins still earlier counts as contact at the start
+   integer, parameter :: most_parts = 26 !! largest number of halvings of the first increment in search of the onset of contact:
+   !! half of the binary digits. Contact that begins still earlier counts as contact at the start
 
 contains
 

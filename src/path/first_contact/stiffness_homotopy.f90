@@ -178,7 +178,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(cut_t), intent(inout) :: cut(:)         !! interface points, sorted along the rod; moved on return
       real(wp), intent(in) :: ratio !! length of the boundary layer on the stiffer foundation over that on the softer one
-      real(wp), parameter :: beside = 10.0_wp      !! number of layer lengths beyond which the effect of an end has decayed
+      real(wp), parameter :: beside = 10.0_wp !! number of layer lengths beyond which the effect of an end has decayed, to exp(-10)
       real(wp) :: free(size(cut)), at(size(cut)), way
       integer :: i, j, side, nearest
       at = cut%at
