@@ -30,6 +30,7 @@ module span_changes
    use vanished_length, only: find_vanished
    use contact_trials, only: try_sets
    use contact_ways, only: other_ways
+   use set_validity, only: tried_set_t
    use event_recording, only: new_critical, announce
    use critical_points, only: way_t
    use path_point, only: path_point_t, evaluate_span_tests
@@ -145,7 +146,7 @@ contains
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(other_set_t) :: first, next, without
-      type(other_set_t), allocatable :: way(:)        ! other sets with which the path may go on
+      type(tried_set_t), allocatable :: way(:)        ! other sets with which the path may go on
       type(span_test_t), allocatable :: zero(:)
       logical :: found, vanishes
       change%label = label_of(problem, change%tests(change%which))
@@ -195,16 +196,16 @@ contains
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run   !! at the change, which is recorded
       type(change_t), intent(in) :: change
-      type(other_set_t), intent(in) :: way(:)         !! sets of the other ways
+      type(tried_set_t), intent(in) :: way(:)    !! valid sets of the other ways
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       type(way_t) :: ways(size(way))
       integer :: k
       if (size(way) == 0) return
       do k = 1, size(way)
-         call copy_problem(way(k)%problem, ways(k)%problem)
-         ways(k)%state = way(k)%state
-         ways(k)%tangent = way(k)%tangent
+         call copy_problem(way(k)%set%problem, ways(k)%problem)
+         ways(k)%state = way(k)%there%state
+         ways(k)%tangent = way(k)%there%tangent
       end do
       associate (place => change%point%state)
          call keep_critical_point(problem, run, 'BP', place, place, 1.0_wp, run%arc_length, change%point%system%negative_pivots, &

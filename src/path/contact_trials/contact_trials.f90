@@ -28,7 +28,7 @@ module contact_trials
    use step_off, only: step_by, failing, tangent_along
    implicit none
    private
-   public :: try_sets, neighbours_of, same_kind
+   public :: try_sets, neighbours_of, same_kind, append
 
    ! Lengths as shares of the length of the rod strip, a sequence of rod segments (rod_strips):
    real(wp), parameter :: first_length(6) = [10.0_wp, 2.5_wp, 1.25_wp, 50.0_wp, 0.3_wp, 0.06_wp] * initial_share !! prescribed

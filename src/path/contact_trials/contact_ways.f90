@@ -10,7 +10,7 @@ module contact_ways
    use contact_spans, only: contact_span_t, initial_share
    use span_candidates, only: present_contact_spans
    use test_kinds, only: span_test_t, test_gap, test_force
-   use other_set, only: other_set_t, copy_other_set
+   use other_set, only: other_set_t
    use path_point, only: path_point_t
    use path_state, only: path_state_t
    use rod_strips, only: strip_t, find_strips, on_strips
@@ -18,7 +18,7 @@ module contact_ways
    use edit_places, only: places_of_tests
    use set_trial, only: solve_neighbour
    use set_validity, only: change_place_t, new_change_place, tried_set_t, is_near, verify
-   use contact_trials, only: neighbours_of, same_kind
+   use contact_trials, only: neighbours_of, same_kind, append
    implicit none
    private
    public :: other_ways
@@ -35,7 +35,7 @@ contains
       type(path_point_t), intent(in) :: point     !! place of the change, with the present set
       type(span_test_t), intent(in) :: zero(:)    !! tests that are zero there
       type(other_set_t), intent(in) :: taken           !! the set with which the run goes on
-      type(other_set_t), allocatable, intent(out) :: way(:) !! the other sets, each at an equilibrium where its tests are satisfied
+      type(tried_set_t), allocatable, intent(out) :: way(:) !! the other sets, all valid
       type(change_place_t) :: here
       type(strip_t), allocatable :: strip(:)
       type(edit_place_t), allocatable :: edit_place(:)
@@ -83,21 +83,4 @@ contains
          neighbour%set = one(1)%set
       end do
    end subroutine edit_all
-
-   !> Appends the set of a valid trial.
-   subroutine append(way, trial)
-      type(other_set_t), allocatable, intent(inout) :: way(:)
-      type(tried_set_t), intent(in) :: trial
-      type(other_set_t), allocatable :: longer(:)
-      integer :: k
-      allocate (longer(size(way) + 1))
-      do k = 1, size(way)
-         call copy_other_set(way(k), longer(k))
-      end do
-      associate (new => longer(size(longer)))
-         call copy_other_set(trial%set, new)
-         new%path_point_t = trial%there
-      end associate
-      call move_alloc(longer, way)
-   end subroutine append
 end module contact_ways
