@@ -335,8 +335,8 @@ contains
       place = line%at(i)
       if (before < i .and. i < after .and. max(line%gap(before), line%gap(after)) - value <= rounding_gap(problem)) return
       call search%begin(line%at(before), line%at(after), to_rounding)
-      do while (search%asks(place))
-         call search%tell(gap_along(problem, state, profile, line, place))
+      do while (search%next_guess(place))
+         call search%take_value(gap_along(problem, state, profile, line, place))
       end do
       if (search%least < value - rounding_gap(problem)) then
          value = search%least

@@ -109,8 +109,8 @@ contains
       type(conforming_state_t), intent(inout) :: kept !! conforming state of the elements used before, see conforming_forces
       type(minimum_search_t) :: search
       call search%begin(first, last, near)
-      do while (search%asks(place))
-         call search%tell(density_at(problem, state, line, place, kept))
+      do while (search%next_guess(place))
+         call search%take_value(density_at(problem, state, line, place, kept))
       end do
    end function least_between
 

@@ -169,8 +169,8 @@ contains
       if (element == 0) return
       e = element
       call search%begin(real(near - 1, wp) / samples, real(near + 1, wp) / samples, to_rounding)
-      do while (search%asks(tau))
-         call search%tell(gap_inside(model, contact, e, tau))
+      do while (search%next_guess(tau))
+         call search%take_value(gap_inside(model, contact, e, tau))
       end do
       least = search%least
    end subroutine least_gap_between

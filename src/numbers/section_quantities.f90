@@ -207,8 +207,8 @@ contains
          real(wp) :: tau
          call take(in, in%tau, in%best)
          call search%begin(max(in%low, in%tau - in%step), min(in%high, in%tau + in%step), to_rounding)
-         do while (search%asks(tau))
-            call search%tell(-magnitude(in%element, tau))
+         do while (search%next_guess(tau))
+            call search%take_value(-magnitude(in%element, tau))
          end do
          call take(in, search%place, -search%least)
       end subroutine search_part

@@ -3,8 +3,8 @@
 !> section of the larger part of the interval.
 !>
 !>   call search%begin(first, last, accuracy)
-!>   do while (search%asks(place))
-!>      call search%tell(function at place)
+!>   do while (search%next_guess(place))
+!>      call search%take_value(function at place)
 !>   end do                                    ! search%place, search%least
 module minimum_search
    use kinds, only: wp
@@ -27,7 +27,7 @@ module minimum_search
       real(wp), private :: shortest = 0.0_wp    !! length of the shortest step that is made
       logical, private :: finished = .false.
    contains
-      procedure :: begin, asks, tell
+      procedure :: begin, next_guess, take_value
    end type minimum_search_t
 
 contains
@@ -46,15 +46,15 @@ contains
    end subroutine begin
 
    !> True while another function value is needed, at `place`; at the end of the search `place` is the position of the minimum.
-   logical function asks(search, place)
+   logical function next_guess(search, place)
       class(minimum_search_t), intent(in) :: search
       real(wp), intent(out) :: place
-      asks = .not. search%finished
-      place = merge(search%next, search%place, asks)
-   end function asks
+      next_guess = .not. search%finished
+      place = merge(search%next, search%place, next_guess)
+   end function next_guess
 
-   !> Receives the function's value at the place returned by `asks`.
-   pure subroutine tell(search, value)
+   !> Receives the function's value at the place returned by `next_guess`.
+   pure subroutine take_value(search, value)
       class(minimum_search_t), intent(inout) :: search
       real(wp), intent(in) :: value
       real(wp) :: step, room
@@ -75,7 +75,7 @@ contains
          end if
          search%next = place + sign(max(abs(step), search%shortest), step)
       end associate
-   end subroutine tell
+   end subroutine take_value
 
    !> Reduces the interval by means of the value at the next place; stores the place if its value is among the three lowest.
    pure subroutine keep(search, value)

@@ -312,8 +312,8 @@ contains
       integer, intent(in) :: contact, e
       type(minimum_search_t) :: search
       call search%begin(0.0_wp, 1.0_wp, to_rounding)
-      do while (search%asks(place))
-         call search%tell(gap_at(problem, contact, e, place))
+      do while (search%next_guess(place))
+         call search%take_value(gap_at(problem, contact, e, place))
       end do
    end function least_inside
 
