@@ -22,11 +22,15 @@ module minima_of_tests
    private
    public :: check_between, note_slopes, least_of_cubic
 
-   real(wp), parameter :: least_dip = 1.0e-3_wp !! least depth below zero of the cubic's minimum, as a share of the larger end value
-
-   integer, parameter :: most_closer = 5   !! halvings after which a failing test is taken to have a discontinuous slope
-   real(wp), parameter :: least_jump = 1.0e-2_wp !! least jump of a touchdown point that is detected, as a share of its rod segment
-   real(wp), parameter :: outside = 0.5_wp !! share of the largest end slope by which the mean slope may lie outside both end slopes
+   ! Half and twice each of these values change no run of the tests.
+   real(wp), parameter :: least_dip = 1.0e-3_wp !! least depth below zero of the cubic's minimum, as a share of the larger end
+   !! value: six times the error of the cubic, h^4/384, for a test that turns by the largest angle h of an increment, 0.5
+   integer, parameter :: most_closer = 5 !! halvings after which a failing test is taken to have a discontinuous slope: from a
+   !! smooth test its parabola then differs by a thousandth of what it did (4^-5)
+   real(wp), parameter :: least_jump = 1.0e-2_wp !! least move of a touchdown point that may be a jump, as a share of its rod
+   !! segment: contact that is lost and gained at places nearer than that counts as one contact that moves
+   real(wp), parameter :: outside = 0.5_wp !! share of the larger end slope by which the mean slope may lie outside both; of a
+   !! parabola the slope inside the increment then differs by 3/4 of the larger end slope from a linear one
 
 contains
 

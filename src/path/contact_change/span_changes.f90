@@ -47,8 +47,11 @@ module span_changes
    private
    public :: check_contact_change
 
-   integer, parameter :: most_meshes = 4         !! remeshings to determine which of two changes comes first
-   real(wp), parameter :: likely = 10.0_wp       !! factor on one change's error bar; other changes' bars are rarely wider
+   ! Half and twice each of these values change no run of the tests.
+   integer, parameter :: most_doublings = 4 !! meshes tried to determine which of two changes comes first, each with twice the
+   !! elements: bars of the fourth order fall to 16^-4
+   real(wp), parameter :: widest = 10.0_wp !! width of the next change's error bar over that of the present one, up to which it
+   !! matters
 
 contains
 
@@ -280,7 +283,7 @@ contains
          & run%control%increment = change%point%state%load_factor - run%last%state%load_factor
       if (.not. allocated(change%bars)) call bars_at_point(problem, step, run, change%point, change%label, &
          & .false., change%which, change%bars)
-      if (change%label /= '  ' .and. tries < most_meshes .and. order_is_uncertain(problem, step, run, interval, change)) then
+      if (change%label /= '  ' .and. tries < most_doublings .and. order_is_uncertain(problem, step, run, interval, change)) then
          call request_double_mesh(problem, run%last%state, request, asked)
          run%control%increment = increment
          if (asked) return
@@ -327,7 +330,7 @@ contains
       way = abs(interval%to%state%load_factor - interval%from%load_factor)
       if (.not. (change%bars%load%estimated .and. change%bars%load%bounded .and. way > 0.0_wp)) return
       fall = interval%before%value - interval%after%value
-      next = coming_next(change%tests, change%which, fall, likely * change%bars%load%bar / way)
+      next = coming_next(change%tests, change%which, fall, widest * change%bars%load%bar / way)
       do k = 1, size(next)
          call bars_at_point(problem, step, run, change%point, 'C+', .false., next(k), bars)
          if (.not. allocated(bars)) return

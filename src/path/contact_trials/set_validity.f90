@@ -31,10 +31,11 @@ module set_validity
    use path_point, only: path_point_t
    use path_continuity, only: path_tangent_t
    use path_state, only: path_state_t
+   use step_control, only: largest_growth
    use test_kinds, only: span_test_t, any_fails, test_slack, test_gap, test_force, test_curvature, test_pressure, &
       & test_vanishing, test_couple
    use other_set, only: other_set_t, copy_other_set, tests_of
-   use reachability, only: leads_to_next, far, within_reach
+   use reachability, only: leads_to_next, within_reach
    use set_onset, only: find_onset
    use step_off, only: tangent_along, along, step_by, failing
    implicit none
@@ -127,7 +128,7 @@ contains
          real(wp) :: change, whole, reach
          u = displacement_between(next%problem, carried(here%problem, state, next%problem), next%state)
          reach = farthest * max(abs(state%load_factor), here%least_load)
-         if (here%at_change) reach = max(reach, far * here%least_load)
+         if (here%at_change) reach = max(reach, largest_growth * here%least_load)
          change = maxval(abs(u(1:2, :)))
          whole = maxval(abs(state%u(1:2, :)))
          if (allocated(here%beyond)) whole = max(whole, maxval(abs(here%beyond%u(1:2, :))))

@@ -11,7 +11,7 @@ module step_control
    implicit none
    private
    public :: start_control, change_control, begin_arc_length, go_by_load, may_rest, next_increment, smallest, too_short
-   public :: shorten_to_stop, stop_met
+   public :: shorten_to_stop, stop_met, largest_growth
 
    real(wp), parameter :: safety = 0.7_wp !! fraction of the largest permitted turn of the tangent that an increment is planned to
    !! use
@@ -19,7 +19,7 @@ module step_control
    !! 1E-5 every deck in input has the same results
    real(wp), parameter :: least_load = 1.0e-9_wp !! smallest load increment of an arc-length step over the first one: a smaller one
    !! changes the forces by less than the default tolerance of their residual
-   real(wp), parameter :: growth = 2.0_wp, shrinkage = 0.25_wp !! largest and smallest ratio of consecutive increments
+   real(wp), parameter :: largest_growth = 2.0_wp, shrinkage = 0.25_wp !! largest and smallest ratio of consecutive increments
 
 contains
 
@@ -129,7 +129,7 @@ contains
       ratio = sqrt(real(desired, wp) / max(report%iterations, 1))
       if (spans) ratio = (real(desired, wp) / max(report%effort - 1.0_wp, 1.0_wp))**2
       if (relation%comparable) ratio = min(ratio, safety * largest_turn / max(relation%turn, epsilon(ratio)))
-      control%increment = control%increment * min(max(ratio, shrinkage), growth)
+      control%increment = control%increment * min(max(ratio, shrinkage), largest_growth)
       ! Load increments of an arc-length step are not limited by the largest arc length.
       if (is_arc_length(step%method) .and. .not. is_arc_length(control%method)) return
       if (abs(control%increment) > step%largest) control%increment = sign(step%largest, control%increment)
