@@ -28,7 +28,7 @@ contains
       real(wp), intent(in) :: increment          !! increment of the controlled quantity; only its sign is used
       type(state_t), intent(inout) :: state
       type(system_t), intent(inout) :: system    !! in/out: assembled and factored at `state`
-      integer, parameter :: max_rounds = 30
+      integer, parameter :: max_rounds = 30      ! contact sets tried: nodes change a few at a time until the set repeats itself
       real(wp), parameter :: small = sqrt(epsilon(1.0_wp)) !! load factor of the small load, under which a gap larger than rounding
       !! does not close; with values from 1.5E-9 to 1.5E-7 every deck in input has the same results
       type(state_t) :: trial

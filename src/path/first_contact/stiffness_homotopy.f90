@@ -29,8 +29,9 @@ module stiffness_homotopy
 
    ! Growth factor of the stiffness per step. It is squared after a success; after a failure its square root is taken.
    real(wp), parameter :: first_growth = 1.0e2_wp !! first factor: the boundary layers beside interface points become a third as
-   !! long
-   real(wp), parameter :: least_growth = 1.1_wp
+   !! long (100^(-1/4))
+   real(wp), parameter :: least_growth = 1.1_wp   !! below it after six failures in a row (100^(1/64)); the layers then hardly
+   !! change
    integer, parameter :: most_tries = 3 !! largest number of softer foundations tried at the beginning; also the largest number of
    !! meshes at one stiffness, made until every interface point has a node
 

@@ -49,7 +49,7 @@ contains
       type(other_set_t), intent(inout) :: next  !! unchanged if there is no such equilibrium
       integer, intent(in) :: number              !! number of the contact span
       logical, intent(out) :: found              !! false: no equilibrium near the state
-      integer, parameter :: most = 8             ! iterations; more let the position of a force-free point contact drift
+      integer, parameter :: most_steps = 8 ! Newton steps, which converge quadratically; more let a force-free point contact drift
       type(control_t) :: control
       type(increment_t) :: report
       type(other_set_t) :: free
@@ -64,7 +64,7 @@ contains
       control%increment = 0.0_wp
       ! Rounding of the residual is measured by the load, because the increment may be arbitrarily small.
       control%whole = next%state%load_factor
-      do try = 1, most
+      do try = 1, most_steps
          base = free%state
          call correct(free%problem, base, control, .true., free%state, free%system, report)
          found = report%converged

@@ -20,10 +20,12 @@ module set_onset
    private
    public :: find_onset, go_back
 
-   real(wp), parameter :: exact = 1.0e-3_wp      !! tolerance of an onset, sought over many increments / that of an event on one
-   integer, parameter :: most_halvings = 20     !! halvings of the load interval
-   real(wp), parameter :: shorter = 0.1_wp      !! least length of a new contact or free span at its onset, as a share of the least
-   !! length elsewhere (least_length)
+   ! Half and twice each of these values change no run of the tests.
+   real(wp), parameter :: onset_tolerance = 1.0e-3_wp !! tolerance of an onset, which is sought over many increments, over that of
+   !! an event on one increment
+   integer, parameter :: most_halvings = 20 !! halvings of the load interval: to a millionth of it
+   real(wp), parameter :: shorter = 0.1_wp !! least length of a new contact or free span at its onset, over the least length
+   !! elsewhere (least_length): there it is zero, but for the tolerance of the onset
 
 contains
 
@@ -62,7 +64,7 @@ contains
       call evaluate_span_tests(next%problem, trial)
       interval = new_interval(next%problem, back, trial, .false.)
       fine = step
-      fine%locate_tolerance = exact * step%locate_tolerance
+      fine%locate_tolerance = onset_tolerance * step%locate_tolerance
       call find_change(next%problem, fine, back, interval, change)
       if (change%kind == change_located .and. change%where == place_within) then
          next%path_point_t = change%point

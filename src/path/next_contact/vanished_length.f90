@@ -18,8 +18,9 @@ module vanished_length
    private
    public :: find_vanished
 
-   integer, parameter :: most = 8            !! loads of the secant method
-   real(wp), parameter :: exact = 1.0e-12_wp !! change of the load in its last step / load
+   ! Half and twice each of these values change no run of the tests.
+   integer, parameter :: most_loads = 8 !! loads of the secant method, whose order 1.6 leads from one digit to twelve in six
+   real(wp), parameter :: last_step = 1.0e-12_wp !! change of the load in its last step / load: some thousand roundings
 
 contains
 
@@ -41,15 +42,15 @@ contains
       load(1) = state%load_factor
       call evaluate_at(load(1), value(1))
       load(2) = load(1) + step
-      do try = 1, most
+      do try = 1, most_loads
          if (found) call evaluate_at(load(2), value(2))
          if (found) found = abs(value(2) - value(1)) > 0.0_wp
          if (.not. found) return
-         if (abs(load(2) - load(1)) <= exact * abs(load(2))) exit
+         if (abs(load(2) - load(1)) <= last_step * abs(load(2))) exit
          load = [load(2), load(2) - value(2) * (load(2) - load(1)) / (value(2) - value(1))]
          value(1) = value(2)
       end do
-      found = try <= most
+      found = try <= most_loads
       if (.not. found) return
       tests = tests_of(next)
       next%test = number_of(tests)
