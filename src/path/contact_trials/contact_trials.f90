@@ -33,10 +33,9 @@ module contact_trials
    ! Lengths as shares of the length of the rod strip, a sequence of rod segments (rod_strips):
    real(wp), parameter :: first_length(6) = [10.0_wp, 2.5_wp, 1.25_wp, 50.0_wp, 0.3_wp, 0.06_wp] * initial_share !! prescribed
    !! lengths of a new contact or free span, in the order in which they are tried
-   real(wp), parameter :: nearby = 10.0_wp * initial_share !! contacts within this distance of a failing test are edited
-   real(wp), parameter :: part_of_segment = 0.25_wp !! longest new contact or free span / shortest rod segment
+   real(wp), parameter :: nearby = first_length(1) !! contacts within this distance of a failing test are edited
+   real(wp), parameter :: longest = 0.25_wp       !! longest new contact or free span / shortest rod segment, or length of the strip
    real(wp), parameter :: growth = 5.0_wp         !! factor between the lengths of a new span that are tried to leave its change
-   real(wp), parameter :: most_of_strip = 0.25_wp !! longest of these lengths / length of the strip
 
    integer, parameter :: most_edits = 2           !! edits by which a set differs from the present one
    integer, parameter :: most_failed = 8          !! sets whose neighbours are tried, too: those of the likeliest edits
@@ -139,7 +138,7 @@ contains
       length = first_length(trial%length)
       do while (trial%sized .and. .not. load_changes(here, trial%set))
          length = growth * length
-         if (length > most_of_strip) return
+         if (length > longest) return
          call try_edits(step, run, here, strip, edit_place, [length], larger)
          if (size(larger) == 0) return
          if (larger(1)%passes_limit .or. .not. same_kind(larger(1)%set%problem, trial%set%problem)) return
@@ -344,7 +343,7 @@ contains
       real(wp), intent(in) :: length(:)           !! lengths of a new contact or free span that are tried / length of the strip
       type(neighbour_t), allocatable :: found(:)
       associate (on => strip(edit_place%strip))
-         found = neighbours_at(set, edit_place, on, min(length * on%length(), edit_place%room, part_of_segment * &
+         found = neighbours_at(set, edit_place, on, min(length * on%length(), edit_place%room, longest * &
             & minval(on%start(2:) - on%start(:size(on%start) - 1))), nearby * on%length())
       end associate
    end function neighbours_of

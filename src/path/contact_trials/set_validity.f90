@@ -31,7 +31,7 @@ module set_validity
    use path_point, only: path_point_t
    use path_continuity, only: path_tangent_t
    use path_state, only: path_state_t
-   use step_control, only: largest_growth
+   use step_control, only: largest_growth, least_part
    use test_kinds, only: span_test_t, any_fails, test_slack, test_gap, test_force, test_curvature, test_pressure, &
       & test_vanishing, test_couple
    use other_set, only: other_set_t, copy_other_set, tests_of
@@ -52,7 +52,6 @@ module set_validity
 
    real(wp), parameter :: beyond_zero = 2.0_wp    !! way that is tried / way to where the tests are zero by extrapolation
    real(wp), parameter :: like_increment = 0.9_wp !! part of an increment from which another whole one converges
-   real(wp), parameter :: least_change = 1.0e-6_wp !! change of the load factor that an increment can make / first increment
 
    !> The run's point, from which another contact set is sought.
    type, extends(other_set_t) :: change_place_t
@@ -383,7 +382,7 @@ contains
    pure logical function load_changes(here, next)
       type(change_place_t), intent(in) :: here
       type(other_set_t), intent(in) :: next
-      load_changes = abs(next%state%load_factor - here%state%load_factor) > least_change * here%least_load
+      load_changes = abs(next%state%load_factor - here%state%load_factor) > least_part * here%least_load
    end function load_changes
 
    !> True if an equilibrium is so far from the change that increments of the present length converge from it. Where a line contact

@@ -11,7 +11,7 @@ module step_control
    implicit none
    private
    public :: start_control, change_control, begin_arc_length, go_by_load, may_rest, next_increment, smallest, too_short
-   public :: shorten_to_stop, stop_met, largest_growth
+   public :: shorten_to_stop, stop_met, largest_growth, least_part
 
    real(wp), parameter :: safety = 0.7_wp !! fraction of the largest permitted turn of the tangent that an increment is planned to
    !! use
