@@ -144,7 +144,7 @@ contains
          if (larger(1)%passes_limit .or. .not. same_kind(larger(1)%set%problem, trial%set%problem)) return
          call copy_trial(larger(1), trial)
       end do
-      if (trial%sized) call lengthen_span(here, trial)
+      if (trial%sized) call follow_by_load(here, trial)
    end subroutine enlarge
 
    !> Labels the change from the present set to another one. The contacts are compared where the set was edited, because a contact
@@ -171,7 +171,7 @@ contains
    end subroutine label
 
    !> Follows a set by growing changes of the load to an equilibrium from which increments can go on.
-   subroutine lengthen_span(here, trial)
+   subroutine follow_by_load(here, trial)
       type(change_place_t), intent(in) :: here
       type(tried_set_t), intent(inout) :: trial
       type(other_set_t) :: farther
@@ -190,7 +190,7 @@ contains
             trial%there = farther%path_point_t
          end do
       end associate
-   end subroutine lengthen_span
+   end subroutine follow_by_load
 
    !> Places at which the present set is edited: those of the tests that fail at the run's point or, if none fails there, a short
    !> step ahead. If no test fails, or no equilibrium is found ahead: the ends of all contacts.
