@@ -30,6 +30,7 @@ module contact_trials
    private
    public :: try_sets, neighbours_of, same_kind, append
 
+   ! Half and twice each of these values change no run of a sample of the tests, except for most_edits.
    ! Lengths as shares of the length of the rod strip, a sequence of rod segments (rod_strips):
    real(wp), parameter :: first_length(6) = [10.0_wp, 2.5_wp, 1.25_wp, 50.0_wp, 0.3_wp, 0.06_wp] * initial_share !! prescribed
    !! lengths of a new contact or free span, in the order in which they are tried
@@ -37,7 +38,8 @@ module contact_trials
    real(wp), parameter :: longest = 0.25_wp       !! longest new contact or free span / shortest rod segment, or length of the strip
    real(wp), parameter :: growth = 5.0_wp         !! factor between the lengths of a new span that are tried to leave its change
 
-   integer, parameter :: most_edits = 2           !! edits by which a set differs from the present one
+   integer, parameter :: most_edits = 2           !! edits by which a set differs from the present one: both neighbours of a
+   !! vanishing span may change
    integer, parameter :: most_failed = 8          !! sets whose neighbours are tried, too: those of the likeliest edits
 
 contains

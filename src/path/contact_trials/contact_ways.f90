@@ -23,7 +23,7 @@ module contact_ways
    private
    public :: other_ways
 
-   integer, parameter :: most = 4                !! contacts that are combined: the number of their sets doubles with each
+   integer, parameter :: most_together = 4       !! contacts that are combined: the number of their sets doubles with each
 
 contains
 
@@ -48,7 +48,7 @@ contains
       strip = find_strips(problem%layout)
       edit_place = places_of_tests(problem, point%state, strip, pack(zero, zero%kind == zero(1)%kind), point%system%force_scale)
       edit_place = pack(edit_place, edit_place%strip > 0)
-      if (size(edit_place) < 2 .or. size(edit_place) > most) return
+      if (size(edit_place) < 2 .or. size(edit_place) > most_together) return
       here = new_change_place(problem, step, run, point, zero)
       do subset = 1, 2**size(edit_place) - 1
          call edit_all(strip, on_strips(strip, present_contact_spans(problem, point%state)), pack(edit_place, &

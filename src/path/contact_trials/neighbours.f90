@@ -78,6 +78,7 @@ module neighbours
       integer :: length = 1                  !! index of the prescribed length of the new contact or free span
    end type neighbour_t
 
+   ! Half and twice each of these values change no run of a sample of the tests.
    ! Shortest new spans / length within which contacts are edited:
    real(wp), parameter :: least_resolved = 0.1_wp !! contact or free span in general
    real(wp), parameter :: least_gap = 0.2_wp  !! free span between two point contacts whose gap is resolved

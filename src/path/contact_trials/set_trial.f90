@@ -27,6 +27,7 @@ module set_trial
    private
    public :: solve_neighbour
 
+   ! Half and twice each of these values change no run of a sample of the tests.
    real(wp), parameter :: unbalanced = 1.0e-6_wp !! largest relative residual of an equilibrium, far above that of the corrector
    real(wp), parameter :: difference = 1.0e-4_wp !! step for finite differences, as a share of a load increment
 

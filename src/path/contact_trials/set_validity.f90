@@ -43,6 +43,8 @@ module set_validity
    public :: change_place_t, new_change_place, tried_set_t, copy_trial, is_near, verify, load_changes, &
       & is_far_enough, step_ahead
 
+   ! Half and twice each of these values change no run of a sample of the tests; only with twice `farthest` one takes a set of
+   ! another path.
    ! Displacement as a share of the structure's size:
    real(wp), parameter :: another = 3.0e-3_wp     !! an equilibrium farther from the run's point is on another path
    ! Path lengths as shares of the total displacement, or of the load factor if nothing is displaced (step_off):
@@ -50,7 +52,8 @@ module set_validity
    !! the tests decide whether a set is valid
    real(wp), parameter :: farthest = 0.2_wp  !! largest relative change of the load factor from the run's point to another set
 
-   real(wp), parameter :: beyond_zero = 2.0_wp    !! way that is tried / way to where the tests are zero by extrapolation
+   real(wp), parameter :: beyond_zero = 2.0_wp    !! way that is tried / way to where the tests are zero by extrapolation: at the
+   !! place found, the tests are as far above zero as they were below it, so that the zero between can be located
    real(wp), parameter :: like_increment = 0.9_wp !! part of an increment from which another whole one converges
 
    !> The run's point, from which another contact set is sought.

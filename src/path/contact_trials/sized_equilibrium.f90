@@ -19,6 +19,7 @@ module sized_equilibrium
    private
    public :: solve_sized
 
+   ! Half and twice each of these values change no run of a sample of the tests.
    integer, parameter :: max_iterations = 20
    integer, parameter :: renewed_after = 6      !! iterations after which the matrix is made of differences again
    real(wp), parameter :: small = 1.0e-5_wp     !! moves of the last iteration, in steps for finite differences
