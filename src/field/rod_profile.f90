@@ -27,8 +27,8 @@ module rod_profile
    implicit none
    private
    public :: profile_t, new_profile, keep_profile, mend_ends, mend_rotation, mended_by, profile_place, profile_displacement, &
-      & profile_point, profile_end, mended_displacement, profile_angle, home_angle, profile_rate, profile_error, &
-      & profile_error_bound, mended_error, element_place
+      & profile_point, mended_displacement, profile_angle, home_angle, profile_rate, profile_error, profile_error_bound, &
+      & mended_error, element_place
 
    !> Profile of one element in one state. Coefficients of polynomials belong to the powers tau^0, tau^1, ...
    type :: profile_t
@@ -343,14 +343,6 @@ contains
       if (profile%curved) d = deviation(problem, profile, tau)
       u = displacement_beside(profile, tau, d)
    end function profile_displacement
-
-   !> Displacements and rotation at the second end, where the stress-free axis does not deviate from its polynomial. Out of
-   !> equilibrium they differ from those of the node.
-   pure function profile_end(profile) result(u)
-      type(profile_t), intent(in) :: profile
-      real(wp) :: u(3)
-      u = [sum(profile%moved(:, :profile%degree), 2), sum(profile%rotation(:profile%degree))]
-   end function profile_end
 
    !> Displacements and rotation of a material point, and its stress-free position.
    pure subroutine profile_point(problem, profile, tau, home, u)

@@ -10,7 +10,7 @@ module state_transfer
    use rod_geometry, only: geometry_t, new_geometry
    use rod_state, only: state_t, node_position, unknown_push
    use rod_profile, only: profile_t, keep_profile, mend_rotation, mended_displacement, profile_place, &
-      & profile_displacement, profile_end, profile_angle, element_place
+      & profile_displacement, profile_angle, element_place
    use reference_curve, only: curve_point
    use cross_section, only: varies
    use conforming_span, only: conforming_state_t, conforming_forces, conforming_displacement, conforming_resultant, &
@@ -293,7 +293,7 @@ contains
       real(wp), intent(out) :: u(3)
       call point_displacement(problem, state, e, tau, kept, u)
       if (tau <= 0.0_wp .or. tau >= 1.0_wp .or. problem%has_spans()) return
-      u = u + tau * (state%u(:, problem%model%mesh%node(2, e)) - profile_end(kept%profile))
+      u = u + tau * (state%u(:, problem%model%mesh%node(2, e)) - profile_displacement(problem, kept%profile, 1.0_wp))
    end subroutine continuous_displacement
 
    !> Transfers the stored section forces of one element. If contact forces act at the ends of the element, the section forces jump
@@ -422,9 +422,6 @@ contains
    !> The state must be in equilibrium: near nodes of contact spans the displacements follow from curvature and rate of curvature.
    !> The polynomial of the element has the error O(h^s); if nodes move along the rod, on a coarse mesh this error would appear as a
    !> motion of the rod.
-   !>
-   !> Just after a transfer to another mesh the state is not in equilibrium yet. Then, too, the displacements have to be continuous
-   !> (see continuous_displacement): at a jump at a node's old position the node would move to and fro without end.
    pure subroutine transfer_fields(problem, state, geometry, kept, u, field, moved)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -452,8 +449,7 @@ contains
             end if
             if (present(u)) then
                if (tau > 0.0_wp .and. tau < 1.0_wp .and. is_smooth(e)) then
-                  u(:, node) = mended_displacement(problem, here%profile, tau) + &
-                     & tau * (state%u(:, problem%model%mesh%node(2, e)) - profile_end(here%profile))
+                  u(:, node) = mended_displacement(problem, here%profile, tau)
                else
                   call continuous_displacement(problem, state, e, tau, here, u(:, node))
                end if
