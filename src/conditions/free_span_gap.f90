@@ -248,7 +248,7 @@ contains
 
       !> Adds samples in those equal parts of the element along which the nearest point passes joints of the obstacle's curve.
       subroutine pass_joints()
-         integer :: piece(0:samples), part, joints, i
+         integer :: piece(0:samples), joints(samples), part, i
          associate (o => problem%model%contact(line%contact)%obstacle)
             if (.not. allocated(problem%model%obstacle(o)%curve%piece)) return
             pose = pose_of(problem, state, o)
@@ -256,10 +256,12 @@ contains
                piece(part) = nearest_piece(problem%model%obstacle(o), pose%own_place(profile_place(problem, profile(e), &
                   & real(part, wp) / samples)))
             end do
+            joints = [(joints_apart(problem%model%obstacle(o), piece(part - 1), piece(part)), part=1, samples)]
+            ! The equal parts of an element do for one joint: no whole piece lies between its ends.
+            if (sum(joints) < 2) return
             do part = 1, samples
-               joints = joints_apart(problem%model%obstacle(o), piece(part - 1), piece(part))
-               do i = 1, samples * joints - 1
-                  call insert((part - 1 + real(i, wp) / (samples * joints)) / samples)
+               do i = 1, samples * joints(part) - 1
+                  call insert((part - 1 + real(i, wp) / (samples * joints(part))) / samples)
                end do
             end do
          end associate

@@ -52,8 +52,8 @@ module set_validity
    !! the tests decide whether a set is valid
    real(wp), parameter :: farthest = 0.2_wp  !! largest relative change of the load factor from the run's point to another set
 
-   real(wp), parameter :: beyond_zero = 2.0_wp    !! way that is tried / way to where the tests are zero by extrapolation: at the
-   !! place found, the tests are as far above zero as they were below it, so that the zero between can be located
+   real(wp), parameter :: beyond_zero = 1.1_wp    !! distance that is tried / distance at which the tests are zero by extrapolation:
+   !! a tenth farther they are positive
    real(wp), parameter :: like_increment = 0.9_wp !! part of an increment from which another whole one converges
 
    !> The run's point, from which another contact set is sought.
@@ -148,9 +148,8 @@ contains
       type(tried_set_t), intent(inout) :: trial       !! in: set with its equilibrium, its edits and whether it is sized
       type(other_set_t) :: there
       type(span_test_t), allocatable :: tests(:)
-      real(wp) :: least                           ! least value of the tests at the last point
-      real(wp) :: distance, reached, onset        ! from the first equilibrium to the next point, to the last one, and to where the
-      !! tests are satisfied
+      real(wp) :: least, before                   ! least value of the tests at the last point and at the set's first equilibrium
+      real(wp) :: distance, onset                 ! from the first equilibrium to the last point, and to where the tests hold
       integer :: k, sense
       logical :: decides                          ! the tests decide at the equilibrium
       decides = trial%sized .and. trial%edits == 1
@@ -170,8 +169,8 @@ contains
             trial%turns = sense == 2
             tests = tests_of(set)
             least = worst(tests)
+            before = least
             onset = 0.0_wp
-            distance = 0.0_wp
             if (decides .and. .not. any_fails(tests) .and. gaps_are_open(here, trial, set, tests)) then
                if (.not. on_path(run, here, set)) cycle
                trial%valid = .true.
@@ -182,8 +181,7 @@ contains
             end if
             do k = 1, size(step_ahead)
                there%system = set%system
-               reached = distance
-               distance = merge(onset, step_ahead(k), onset > 0.0_wp)
+               distance = max(step_ahead(k), onset)
                call step_by(set, set%tangent, distance, there%state, there%system, tests)
                if (.not. allocated(tests)) exit
                if (decides) then
@@ -209,7 +207,7 @@ contains
                end if
                if (worst(tests) <= least) exit
                ! The set without a closing span may begin far ahead: its tests rise linearly.
-               if (here%vanishes) onset = distance + beyond_zero * worst(tests) * (distance - reached) / (least - worst(tests))
+               if (here%vanishes) onset = beyond_zero * distance * before / (before - worst(tests))
                least = worst(tests)
             end do
          end do
