@@ -319,3 +319,55 @@ def test_the_last_contact_ends_on_any_ground_at_the_same_height():
             ends.append(lost[0])
     for end in ends:
         assert abs(end.load_factor - ends[1].load_factor) <= end.error + ends[1].error
+
+
+HEAVY = """*HEADING
+Half of a heavy strip that a force lifts at its middle
+*NODE
+1, 0, 0
+2, 2.59, 0
+3, 7, 0
+*LINE, ELSET=STRIP, NSET=STRIP
+1, 2
+*LINE, ELSET=STRIP, NSET=STRIP
+2, 3
+*BEAM SECTION, ELSET=STRIP, SECTION=STIFFNESS
+21000000, 257.25, , , 1E-5
+*BOUNDARY
+1, 1
+1, 6
+3, 1
+*OBSTACLE, NAME=FLOOR, TYPE=LINE
+-7, 0, 14, 0
+*CONTACT, OBSTACLE=FLOOR, NSET=STRIP
+*MONITOR, NAME=lift
+1, U2
+*STEP
+*ACCURACY, TOLERANCE=1E-6
+*STATIC, METHOD=LOAD
+0.1, , 0.4
+*DLOAD
+STRIP, PY, -660.
+*END STEP
+*STEP
+*ACCURACY, TOLERANCE=1E-6
+*STATIC, METHOD=CYLINDRICAL
+0.05, , 0.05
+*TEMPERATURE
+STRIP, 26.864660801879
+*CLOAD
+1, 2, {force!r}
+*STOP
+LOAD, ABOVE, 1
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("force", [6.006, 12.0])
+def test_a_heavy_hot_strip_is_lifted_from_zero(force):
+    """a = 3/2 F/q of the half strip, 1E-4 of its length, is lifted by q a^4/(72 EI), 1E-10 of it, and by the thrust N by a part of
+    (N/EI) a^2 more. The node touches until it is."""
+    run = dr.run_deck(HEAVY.format(force=force))
+    a, thrust = 1.5 * force / 660.0, 21e6 * 1e-5 * 26.864660801879
+    lift = 660.0 * a**4 / (72.0 * 257.25)
+    assert 0.0 <= run.results.critical[-1].monitors["lift"] - lift <= thrust / 257.25 * a**2 * lift

@@ -266,3 +266,87 @@ def test_a_flat_crown_touches_where_its_force_acts():
     before, at = contact.start[flat - 1:flat + 1, 0] - 48.0 * math.pi / 3.0
     assert 0.0 < before < at < 1e-3 * 48.0
     dr.assert_close(np.mean([contact.start[flat + 1, 0], contact.end[flat + 1, 0]]), contact.start[flat, 0], absolute=at)
+
+
+# Nodes with a load along the obstacle ------------------------------------------------------------------------------
+
+PRESSED = """*HEADING
+Arch that its weight and a load along the floor press on the floor
+*NODE
+1, -0.5, 0.86602540378444
+2, 0.05024431817977, 0.99873695660602
+3, 0.5, 0.86602540378444
+*ARC, ELSET=B, NSET=B, DIRECTION=CLOCKWISE
+1, 2, 0, 0
+*ARC, ELSET=B, NSET=B, DIRECTION=CLOCKWISE
+2, 3, 0, 0
+*BEAM SECTION, ELSET=B, SECTION=STIFFNESS
+388800, 1, , 1, 1e-05
+*BOUNDARY
+1, ENCASTRE
+3, PINNED
+*IMPERFECTION, ELSET=B, SHAPE=SINE
+0.0011, 3
+*OBSTACLE, NAME=FLOOR, TYPE=LINE
+-2, 0.82583302491977, 2, 0.82583302491977
+*CONTACT, OBSTACLE=FLOOR, NSET=B
+*MONITOR, NAME=sinking
+2, U2, -1
+*STEP
+*ACCURACY, TOLERANCE=1E-6
+*STATIC, METHOD=CYLINDRICAL
+{first!r}
+*CONTROLS, POINTS=400
+*DLOAD
+B, PY, -36
+*CLOAD
+2, 1, -2.736
+*STOP
+LOAD, ABOVE, 11.
+*END STEP
+"""
+HUMP = """*HEADING
+Arch that its weight and a load along a hump press on the hump
+*NODE
+1, -984.80775301221, 173.64817766693
+2, 0., 1000.
+3, 984.80775301221, 173.64817766693
+*ARC, ELSET=B, NSET=B, DIRECTION=CLOCKWISE
+1, 2, 0, 0
+*ARC, ELSET=B, NSET=B, DIRECTION=CLOCKWISE
+2, 3, 0, 0
+*BEAM SECTION, ELSET=B, SECTION=STIFFNESS
+55.488, 1000, , 1e-06, 1e-05
+*BOUNDARY
+1, ENCASTRE
+3, PINNED
+*IMPERFECTION, ELSET=B, SHAPE=SINE
+0.53, 2
+*OBSTACLE, NAME=HUMP, TYPE=CIRCLE, SIDE=OUTSIDE
+1.772653955422, -182.50945775862, 330.54072893323
+*CONTACT, OBSTACLE=HUMP, NSET=B
+*MONITOR, NAME=sinking
+2, U2, -1
+*STEP
+*ACCURACY, TOLERANCE=1E-6
+*STATIC, METHOD=CYLINDRICAL
+{first!r}, , 0.03
+*CONTROLS, POINTS=400
+*DLOAD
+B, P, -5.0625e-06
+*CLOAD
+2, 1, -3.8475e-05
+*STOP
+LOAD, ABOVE, 27.
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("deck, labels", [(PRESSED, ["LP", "LP", "LP", "C+", "LP", "EP"]), (HUMP, ["LP", "C+", "LP", "LP", "LP", "EP"])])
+def test_contact_passes_a_node_with_a_load_along_the_obstacle(deck, labels):
+    """The load makes the axial force jump at the node, and with it the shear force, by a part N/EA: what lifts the node off the floor lifts
+    less than the shortest length that counts. The contact passes without an event, and events do not depend on the increments."""
+    one, other = (dr.run_deck(deck.format(first=first)).results.critical for first in (0.1, 0.17))
+    assert [c.label for c in one] == [c.label for c in other] == labels
+    for a, b in zip(one, other):
+        dr.assert_close(a.load_factor, b.load_factor, absolute=a.error + b.error)
