@@ -24,7 +24,7 @@ module continuing_with_set
    public :: find_other_set, begin_located, begin_set
 
    real(wp), parameter :: nearer_by = 0.8_wp !! factor on the distance to a first equilibrium: its short span follows no much larger
-   !! change of the load. With 0.6 and 0.9 no run of the tests changes
+   !! change of the load. With 0.6 and 0.9 none of 146 decks of the tests changes
 
 contains
 

