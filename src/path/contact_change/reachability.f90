@@ -16,8 +16,8 @@ module reachability
    public :: within_reach, reach_of, turns, leads_to, leads_to_next, arrival
 
    real(wp), parameter :: within_reach = 20.0_wp !! increments over which a test may be extrapolated if no increment converges: ten
-   !! times as far as otherwise, because increments before such a place are short. With values from 10 to 40 none of 146 decks of the
-   !! tests changes
+   !! times as far as otherwise, because increments before such a place are short. With values from 10 to 40 none of 146 decks of
+   !! the tests changes
 
 contains
 
