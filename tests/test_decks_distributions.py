@@ -458,3 +458,14 @@ def test_varying_load_opens_a_line_contact(width, elements, length):
     assert run.results.complete
     (opened,) = run.labelled("C-")
     dr.assert_close(opened.load_factor, 1 / 3, relative=12 / 24 * 8 / 35 * (length / 2 / width)**4 + 1e-6)
+
+
+@pytest.mark.parametrize("width", [1.0, 0.5, 0.2, 0.1])
+def test_error_bar_of_the_load_that_opens_a_line_contact(width):
+    """Nothing moves before the line opens; the interpolated load has an error all the same. It is bounded, or the run says that the mesh
+    is too coarse for a bound."""
+    deck = gust_on_a_strip(width).replace("*STATIC, METHOD=LOAD\n0.1", "*ACCURACY, TOLERANCE=1E-6\n*STATIC, METHOD=LOAD\n0.1")
+    run = dr.run_deck(deck, code=None)
+    (opened,) = run.labelled("C-")
+    assert opened.error > 0.0 and abs(opened.load_factor - 1 / 3) <= opened.error
+    assert run.results.complete == (opened.error <= 1e-6 * 1.0)

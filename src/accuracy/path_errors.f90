@@ -140,9 +140,7 @@ contains
       if (bars%why /= '') return
       allocate (modes(size(system%residual), 0))
       if (allocated(zero%modes)) modes = zero%modes
-      ! A structure without displacements along the path, such as a rod heated between clamps, may still buckle.
-      if (.not. (metric(problem, heading%u, heading%u) > 0.0_wp .or. size(modes, 2) > 0) .or. &
-         & .not. (length > 0.0_wp .or. abs(rise) > 0.0_wp)) then
+      if (.not. (length > 0.0_wp .or. abs(rise) > 0.0_wp)) then
          bars%why = 'nothing moves there'
          return
       end if
