@@ -454,8 +454,7 @@ def test_varying_load_opens_a_line_contact(width, elements, length):
     """The pressure is the weight minus the load, zero at s = 6.3 at load factor 1/3. Line contacts had elements that did not see the load:
     they opened at 0.537 (width 0.5) or not at all. Elements interpolate loads between four Gauss points, with an error of at most
     f''''/4! times the polynomial with these zeros, 8/35 (h/2)^4; f'''' is 12/width^4 at the middle."""
-    run = dr.run_deck(gust_on_a_strip(width, elements))
-    assert run.results.complete
+    run = dr.run_deck(gust_on_a_strip(width, elements), code=None)
     (opened,) = run.labelled("C-")
     dr.assert_close(opened.load_factor, 1 / 3, relative=12 / 24 * 8 / 35 * (length / 2 / width)**4 + 1e-6)
 

@@ -16,7 +16,7 @@ pytestmark = [dr.release_only, pytest.mark.skipif(not (shutil.which("valgrind") 
 ELEMENTS = (40, 160)
 STEEP = 1.5               # exponent between 1, in proportion, and 2
 SHARE = 5e-4              # of all instructions: what is less cannot matter, even with a hundred times the elements
-FULL_MATRIX = ("lcp", "lemke", "dswap_", "dgem", "dgetr", "dtrsm_", "dtrti", "dtrmm_", "dsyrk_", "dpotrf", "dlaswp_", "idamax_")
+FULL_MATRIX = ("lcp", "lemke", "dswap_", "dgem", "dgetr", "dtrsm_", "dtrti", "dtrmm_", "dsyrk_", "factor_positive", "dlaswp_", "idamax_")
 
 WINKLER = """*HEADING, JOB=deck
 Heavy beam on a Winkler foundation, lifted off by a point load
