@@ -257,8 +257,8 @@ contains
                   & real(part, wp) / samples)))
             end do
             joints = [(joints_apart(problem%model%obstacle(o), piece(part - 1), piece(part)), part=1, samples)]
-            ! The equal parts of an element do for one joint: no whole piece lies between its ends.
-            if (sum(joints) < 2) return
+            ! The equal parts of an element do as long as there are more of them than joints: each piece has a sample.
+            if (sum(joints) < samples) return
             do part = 1, samples
                do i = 1, samples * joints(part) - 1
                   call insert((part - 1 + real(i, wp) / (samples * joints(part))) / samples)
