@@ -467,4 +467,4 @@ def test_error_bar_of_the_load_that_opens_a_line_contact(width):
     run = dr.run_deck(deck, code=None)
     (opened,) = run.labelled("C-")
     assert opened.error > 0.0 and abs(opened.load_factor - 1 / 3) <= opened.error
-    assert run.results.complete == (opened.error <= 1e-6 * 1.0)
+    assert run.results.complete == (opened.error <= 1e-6)
