@@ -334,7 +334,7 @@ contains
       type(mesh_density_t) :: demand(size(wanted))
       integer :: k
       if (bent_alike(problem, state)) then
-         demand = as_mirrored(wanted, huge(1.0_wp), problem%model%step(problem%step)%asked)
+         demand = as_mirrored(wanted, near=problem%model%step(problem%step)%asked)
       else
          demand = as_mirrored(wanted, share_known**(1.0_wp / (2 * minval(problem%model%mesh%stages) + 1)))
       end if

@@ -176,7 +176,8 @@ contains
    !> halves differ. An unsymmetric mesh would act as an imperfection.
    pure function as_mirrored(demand, known, near) result(even)
       type(mesh_density_t), intent(in) :: demand(:)
-      real(wp), intent(in) :: known             !! factor within which the numbers of elements are uncertain, >= 1
+      real(wp), intent(in), optional :: known !! factor within which the numbers of elements are uncertain, >= 1; default: the two
+      !! numbers should be equal, whatever they are
       real(wp), intent(in), optional :: near !! part of a segment's length by which the ends of mirror images may differ; default:
       !! rounding
       type(mesh_density_t) :: even(size(demand))
@@ -195,7 +196,10 @@ contains
             even(k)%at(2:n) = 0.5_wp * (here%at(2:n) + mirrored(2:n))
             do i = 1, n
                associate (mine => here%elements(i), its => image%elements(n + 1 - i))
-                  if (max(mine, its) / known <= min(mine, its)) even(k)%elements(i) = max(mine, its)
+                  if (present(known)) then
+                     if (max(mine, its) > known * min(mine, its)) cycle
+                  end if
+                  even(k)%elements(i) = max(mine, its)
                end associate
             end do
          end associate
