@@ -13,7 +13,7 @@ module free_span_gap
    use minimum_search, only: minimum_search_t, to_rounding
    implicit none
    private
-   public :: gap_at, least_gap
+   public :: gap_at, least_gap, gap_minimum_t
 
    ! Beside a touchdown point the gap grows with a power of the distance from the point; there only local minima of the gap count.
    real(wp), parameter :: beside = 0.06_wp  !! length of this part over the length of the free span
@@ -37,6 +37,12 @@ module free_span_gap
       real(wp), allocatable :: at(:)           !! coordinates of the samples along the rod segment, increasing
       real(wp), allocatable :: gap(:)          !! gaps at the samples
    end type sampled_gap_t
+
+   !> Local minimum of the gap.
+   type :: gap_minimum_t
+      real(wp) :: gap = 0.0_wp
+      real(wp) :: at = 0.0_wp                  !! coordinate along the rod segment
+   end type gap_minimum_t
 
 contains
 
@@ -70,7 +76,8 @@ contains
 
    !> Finds the least gap, and its position, between an obstacle and elements that do not touch it. The elements are those between
    !> two contact spans of a rod segment, or those in line contact with another obstacle.
-   subroutine least_gap(problem, state, element, contact, touched, fails, profile, least, where, largest)
+   subroutine least_gap(problem, state, element, contact, touched, fails, profile, least, where, uncertain, largest, &
+      & level, low)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: element(2)        !! first and last element
@@ -81,9 +88,13 @@ contains
       type(profile_t), intent(inout) :: profile(:) !! (elements) rod profiles of this state; missing ones are made
       real(wp), intent(out) :: least           !! least gap; the structure's size if no sample counts
       real(wp), intent(out) :: where           !! coordinate of the least gap along the rod segment
+      real(wp), intent(out) :: uncertain       !! bound of the error of the least gap
       real(wp), intent(out) :: largest         !! gap of largest magnitude, with its sign (< 0: inside the obstacle)
+      real(wp), intent(in), optional :: level  !! the local minima up to this gap are listed, too
+      type(gap_minimum_t), allocatable, intent(out), optional :: low(:) !! local minima of a gap of `level` at most, along the rod
       type(sampled_gap_t) :: line
-      real(wp) :: counts(2), from, to, value, place, tops(2), error
+      type(gap_minimum_t), allocatable :: minimum(:)
+      real(wp) :: counts(2), from, to, value, place, tops(2), error, most
       integer :: i, begin, end
       line%first = element(1)
       line%last = element(2)
@@ -102,6 +113,9 @@ contains
          largest = gap(maxloc(abs(gap), 1))
          least = huge(least)
          where = 0.5_wp * (from + to)
+         most = -huge(most)
+         if (present(level)) most = level
+         allocate (minimum(0))
          do i = begin, end
             if (line%at(i) >= counts(1) .and. line%at(i) <= counts(2)) call take(gap(i), line%at(i))
             if (i == 1 .or. i == size(gap)) then
@@ -112,7 +126,7 @@ contains
             else
                if (gap(i) > gap(i - 1) .or. gap(i) > gap(i + 1)) cycle
                ! The minimum of the parabola through these samples cannot be below the least gap found so far.
-               if (2.0_wp * gap(i) - max(gap(i - 1), gap(i + 1)) > least) cycle
+               if (2.0_wp * gap(i) - max(gap(i - 1), gap(i + 1)) > max(least, most)) cycle
             end if
             call find_minimum(problem, state, profile, line, i, value, place)
             ! A minimum next to a contact span may be a discretisation error: the penetration must exceed the interpolation error.
@@ -122,9 +136,13 @@ contains
             tops = [merge(maxval(gap(:i)), huge(value), line%touches(1)), merge(maxval(gap(i:)), huge(value), line%touches(2))]
             if (minval(tops) <= rounding_gap(problem) .and. value + error >= -rounding_gap(problem)) cycle
             call take(value + error, place)
+            if (value + error <= most) minimum = [minimum, gap_minimum_t(value + error, place)]
          end do
       end associate
+      uncertain = 0.0_wp
+      if (least < huge(least)) uncertain = gap_error_bound(problem, state, profile, line, where)
       if (least >= huge(least)) least = problem%size
+      if (present(low)) call move_alloc(minimum, low)
 
    contains
 
@@ -257,8 +275,6 @@ contains
                   & real(part, wp) / samples)))
             end do
             joints = [(joints_apart(problem%model%obstacle(o), piece(part - 1), piece(part)), part=1, samples)]
-            ! The equal parts of an element do as long as there are more of them than joints: each piece has a sample.
-            if (sum(joints) < samples) return
             do part = 1, samples
                do i = 1, samples * joints(part) - 1
                   call insert((part - 1 + real(i, wp) / (samples * joints(part))) / samples)

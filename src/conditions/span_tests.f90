@@ -5,17 +5,17 @@ module span_tests
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t
-   use free_span_gap, only: least_gap
+   use free_span_gap, only: least_gap, gap_minimum_t
    use rod_profile, only: profile_t
    use line_pressure, only: least_pressure
-   use contact_spans, only: contact_span_t, closed_share, point_share
+   use contact_spans, only: contact_span_t, closed_share, point_share, initial_share
    use span_candidates, only: present_contact_spans
    use test_kinds, only: span_test_t, any_fails, test_slack, well_below, test_gap, test_curvature, test_pressure, test_length, &
       & test_vanishing, test_boundary_span
    use point_tests, only: tests_of_points
    implicit none
    private
-   public :: run_span_tests, spans_hold, least_length
+   public :: run_span_tests, gaps_as_low, spans_hold, least_length
 
    !> A part of a rod segment without contact.
    type :: free_span_t
@@ -88,18 +88,19 @@ contains
       real(wp) :: largest
       integer :: k, i
       allocate (tests(0), profile(merge(problem%model%mesh%n_elements, 0, valued)))
-      touched = .false.
-      touched(pack(problem%candidates%node, problem%candidates%contact_span > 0)) = .true.
+      touched = touched_nodes(problem)
       span = free_spans(problem)
       do k = 1, size(problem%deck%contact)
          if (.not. problem%deck%contact(k)%spans) cycle
-         fails = failing(k)
+         fails = failing_nodes(problem, points, k)
          do i = 1, size(span)
             if (.not. problem%covered(span(i)%rod_segment, k)) cycle
-            test = span_test_t(kind=test_gap, contact=k, rod_segment=span(i)%rod_segment)
+            test = span_test_t(kind=test_gap, contact=k, rod_segment=span(i)%rod_segment, element=span(i)%element)
             largest = 0.0_wp
-            if (valued) call least_gap(problem, state, span(i)%element, k, touched, fails, profile, test%value, test%at, largest)
+            if (valued) call least_gap(problem, state, span(i)%element, k, touched, fails, profile, test%value, test%at, &
+               & test%error, largest)
             test%value = test%value / problem%size
+            test%error = test%error / problem%size
             tests = [tests, test]
             test%beside = merge(span(i)%contact_span, 0, span(i)%contact == k)
             if (all(test%beside == 0)) cycle
@@ -107,6 +108,7 @@ contains
             ! same obstacle.
             if (.not. any(test%beside > 0 .and. problem%contact_span(max(test%beside, 1))%rod_segment == span(i)%rod_segment)) cycle
             test%kind = test_vanishing
+            test%error = 0.0_wp
             test%value = largest / problem%size
             test%ends = span_ends(problem, state, span(i))
             ! The gap is proportional to the sixth power of the free span's length: it is below rounding when the length between the
@@ -119,28 +121,61 @@ contains
          do i = 1, size(problem%contact_span)
             associate (line => problem%contact_span(i))
                if (.not. line%line .or. line%contact == k .or. .not. problem%covered(line%rod_segment, k)) cycle
-               test = span_test_t(kind=test_gap, contact=k, rod_segment=line%rod_segment)
-               if (valued) call least_gap(problem, state, line%element, k, touched, fails, profile, test%value, test%at, largest)
+               test = span_test_t(kind=test_gap, contact=k, rod_segment=line%rod_segment, element=line%element)
+               if (valued) call least_gap(problem, state, line%element, k, touched, fails, profile, test%value, test%at, &
+                  & test%error, largest)
             end associate
             test%value = test%value / problem%size
+            test%error = test%error / problem%size
             tests = [tests, test]
          end do
       end do
-
-   contains
-
-      !> (nodes) true: the node belongs to contact `contact`, and the node's own test fails.
-      function failing(contact) result(fails)
-         integer, intent(in) :: contact
-         logical :: fails(problem%model%mesh%n_nodes)
-         integer :: k
-         fails = .false.
-         do k = 1, size(points)
-            if (problem%candidates%contact(points(k)%candidate) == contact .and. points(k)%value < &
-               & -well_below * test_slack(points(k)%kind)) fails(problem%candidates%node(points(k)%candidate)) = .true.
-         end do
-      end function failing
    end function gap_tests
+
+   !> Tests of the other local minima of the gap in the free span of a gap test that is zero, where they are as low as it, for
+   !> instance at mirror images: contact begins there at the same point of the path.
+   function gaps_as_low(problem, state, tests, which) result(others)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(span_test_t), intent(in) :: tests(:)  !! all tests of the state
+      integer, intent(in) :: which               !! index of the gap test
+      type(span_test_t), allocatable :: others(:)
+      type(profile_t) :: profile(problem%model%mesh%n_elements)
+      type(gap_minimum_t), allocatable :: low(:)
+      real(wp) :: least, at, error, largest
+      associate (test => tests(which))
+         call least_gap(problem, state, test%element, test%contact, touched_nodes(problem), failing_nodes(problem, &
+            & pack(tests, tests%candidate > 0), test%contact), profile, least, at, error, largest, &
+            & level=problem%size * max(test_slack(test_gap), well_below * abs(test%value)), low=low)
+         low = pack(low, abs(low%at - test%at) > initial_share * problem%layout%rod_segment(test%rod_segment)%length)
+         allocate (others(size(low)))
+         others = test
+         others%value = low%gap / problem%size
+         others%at = low%at
+      end associate
+   end function gaps_as_low
+
+   !> (nodes) true: the node touches any obstacle.
+   pure function touched_nodes(problem) result(touched)
+      type(problem_t), intent(in) :: problem
+      logical :: touched(problem%model%mesh%n_nodes)
+      touched = .false.
+      touched(pack(problem%candidates%node, problem%candidates%contact_span > 0)) = .true.
+   end function touched_nodes
+
+   !> (nodes) true: the node belongs to a contact, and the node's own test fails.
+   pure function failing_nodes(problem, points, contact) result(fails)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: points(:) !! tests of contact nodes
+      integer, intent(in) :: contact             !! index into model%contact
+      logical :: fails(problem%model%mesh%n_nodes)
+      integer :: k
+      fails = .false.
+      do k = 1, size(points)
+         if (problem%candidates%contact(points(k)%candidate) == contact .and. points(k)%value < &
+            & -well_below * test_slack(points(k)%kind)) fails(problem%candidates%node(points(k)%candidate)) = .true.
+      end do
+   end function failing_nodes
 
    !> Tests of lengths: of line contacts that shrink to points, and of free spans that close between a contact span and a segment
    !> boundary.

@@ -3,7 +3,7 @@ module test_kinds
    use kinds, only: wp
    implicit none
    private
-   public :: span_test_t, any_fails, any_crosses, crosses, another_fails, with_scale, test_slack, well_below, &
+   public :: span_test_t, any_fails, any_may_fail, any_crosses, crosses, another_fails, with_scale, test_slack, well_below, &
       & test_words
    public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_vanishing, test_boundary_span, test_slope, &
       & test_leaving, test_couple
@@ -53,10 +53,12 @@ module test_kinds
    type :: span_test_t
       integer :: kind = 0
       real(wp) :: value = 0.0_wp            !! value of the test over the structure's length, force or curvature
+      real(wp) :: error = 0.0_wp            !! gap: bound of the error of `value`
       integer :: contact_span = 0           !! index of the tested contact span in problem%contact_span; 0: it does not exist yet
       integer :: candidate = 0              !! force, curvature, slope: contact node
       integer :: contact = 0                !! gap, vanishing: index into model%contact
       integer :: rod_segment = 0
+      integer :: element(2) = 0             !! gap: first and last element of the free span, or of the line on another obstacle
       integer :: beside(2) = 0 !! vanishing: contact spans before and after the free span; 0: no contact span of this contact
       real(wp) :: ends(2) = 0.0_wp          !! vanishing: coordinates of the free span's ends along the rod segment
       real(wp) :: at = 0.0_wp               !! gap, pressure: coordinate of the least value along the rod segment; leaving: way
@@ -76,6 +78,12 @@ contains
       type(span_test_t), intent(in) :: tests(:)
       any_fails = .not. all(tests%value >= -test_slack(tests%kind))
    end function any_fails
+
+   !> True if any test may be below zero, within the error of its value, by more than its permitted amount.
+   pure logical function any_may_fail(tests)
+      type(span_test_t), intent(in) :: tests(:)
+      any_may_fail = any(tests%value - tests%error < -test_slack(tests%kind))
+   end function any_may_fail
 
    !> True if a test changes from passed to failed on an increment. A pressure has the largest permitted amount; it counts only if
    !> it changes from above this amount to below zero.

@@ -12,7 +12,8 @@ module span_changes
    use model, only: step_t, method_load
    use text, only: to_text
    use problem, only: problem_t, copy_problem
-   use test_kinds, only: span_test_t, test_words, test_gap, test_force, test_boundary_span, test_length, test_vanishing
+   use test_kinds, only: span_test_t, any_may_fail, test_words, test_gap, test_force, test_boundary_span, test_length, &
+      & test_vanishing
    use reachability, only: turns
    use closing_spans, only: about_to_close, close_spans
    use contact_change_types, only: step_interval_t, change_t, new_interval, change_none, change_missed, change_located, &
@@ -48,8 +49,8 @@ module span_changes
    public :: check_contact_change
 
    ! Half and twice each of these values change none of 146 decks of the tests.
-   integer, parameter :: most_doublings = 4 !! meshes tried to determine which of two changes comes first, each with twice the
-   !! elements: bars of the fourth order fall to 16^-4
+   integer, parameter :: most_doublings = 4 !! meshes tried to determine which contacts change first, each with twice the elements:
+   !! bars of the fourth order fall to 16^-4
    real(wp), parameter :: widest = 10.0_wp !! width of the next change's error bar over that of the present one, up to which it
    !! matters
 
@@ -70,6 +71,7 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(step_interval_t) :: interval
       type(change_t) :: change
+      logical :: asked
       finished = .false.
       call request%begin_trial()
       call evaluate_span_tests(problem, trial)
@@ -84,6 +86,11 @@ contains
       if (change%kind == change_located) then
          call pass_change(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
       else
+         if (any_may_fail(trial%span_tests)) then
+            ! The mesh does not show whether these gaps are open.
+            call request_resolving_mesh(problem, run, tries, request, asked)
+            if (asked) return
+         end if
          call close_at(problem, step, run, interval%to, interval, about_to_close(problem, interval, .false.), recorder, request, &
             & finished, outcome)
       end if
@@ -151,9 +158,10 @@ contains
       type(other_set_t) :: first, next, without
       type(tried_set_t), allocatable :: way(:)        ! other sets with which the path may go on
       type(span_test_t), allocatable :: zero(:)
-      logical :: found, vanishes
+      logical :: found, vanishes, asked
       change%label = label_of(problem, change%tests(change%which))
-      zero = [change%tests(change%which), zero_too(change%tests, change%which, interval%after%value < interval%before%value)]
+      zero = [change%tests(change%which), change%as_low, zero_too(change%tests, change%which, &
+         & interval%after%value < interval%before%value)]
       if (change%label == '  ') then
          ! Where a free span vanishes other tests fail because of it.
          call close_at(problem, step, run, change%point, interval, [pack(zero, zero%kind == test_vanishing), &
@@ -165,6 +173,11 @@ contains
          call try_sets(problem, step, run, change%point, first, next, found, zero, interval%to%state)
       end if
       if (.not. found) call try_sets(problem, step, run, change%point, first, next, found, zero)
+      if (.not. found) then
+         ! The mesh may be too coarse to show which contacts change first.
+         call request_resolving_mesh(problem, run, tries, request, asked)
+         if (asked) return
+      end if
       if (found .and. change%label == '  ') then
          change%label = first%label
          change%divides = first%divides
@@ -283,8 +296,8 @@ contains
          & run%control%increment = change%point%state%load_factor - run%last%state%load_factor
       if (.not. allocated(change%bars)) call bars_at_point(problem, step, run, change%point, change%label, &
          & .false., change%which, change%bars)
-      if (change%label /= '  ' .and. tries < most_doublings .and. order_is_uncertain(problem, step, run, interval, change)) then
-         call request_double_mesh(problem, run%last%state, request, asked)
+      if (change%label /= '  ' .and. order_is_uncertain(problem, step, run, interval, change)) then
+         call request_resolving_mesh(problem, run, tries, request, asked)
          run%control%increment = increment
          if (asked) return
       end if
@@ -313,6 +326,17 @@ contains
          call go_less_far(step, run, interval%after(change%which), request)
       end if
    end subroutine record_change
+
+   !> Requests a mesh twice as fine, which may resolve what the present one leaves undecided.
+   subroutine request_resolving_mesh(problem, run, tries, request, asked)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(in) :: run
+      integer, intent(in) :: tries               !! number of remeshings so far, as in arrival_t
+      type(request_t), intent(inout) :: request
+      logical, intent(out) :: asked              !! false: no such mesh is allowed
+      asked = tries < most_doublings
+      if (asked) call request_double_mesh(problem, run%last%state, request, asked)
+   end subroutine request_resolving_mesh
 
    !> True if the order of two changes is uncertain: their distance is less than the sum of their error bars.
    logical function order_is_uncertain(problem, step, run, interval, change)

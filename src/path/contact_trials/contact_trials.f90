@@ -14,7 +14,7 @@ module contact_trials
    use contact_spans, only: contact_span_t, initial_share
    use contact_set_edits, only: same_set
    use span_candidates, only: present_contact_spans
-   use test_kinds, only: span_test_t, any_fails
+   use test_kinds, only: span_test_t, any_fails, test_slack
    use other_set, only: other_set_t, copy_other_set, tests_of, go_to_load
    use path_point, only: path_point_t
    use path_state, only: path_state_t
@@ -307,8 +307,9 @@ contains
    end function is_among
 
    !> Neighbours of a set at one of several places where its tests fail. If tests of the same kind fail at other places, for
-   !> instance at mirror images, a neighbour with the same edit at all these places comes before the neighbour that is edited at one
-   !> place.
+   !> instance at mirror images, a neighbour with the same edit at all these places comes first; then those without the places whose
+   !> tests are the farthest from failing, because the present mesh may not tell them from the others; then the neighbour that is
+   !> edited at one place.
    function neighbours_together(strip, set, edit_place, d, length) result(all)
       type(strip_t), intent(in) :: strip(:)
       type(contact_span_t), intent(in) :: set(:)  !! contact set on strips
@@ -318,21 +319,29 @@ contains
       type(neighbour_t), allocatable :: all(:)
       type(neighbour_t), allocatable :: single(:), other(:)
       type(neighbour_t) :: both
+      logical :: alike(size(edit_place))          ! places that are edited together with this one
       integer :: k, j
       allocate (all(0))
       single = neighbours_of(strip, set, edit_place(d), length)
       do k = 1, size(single)
-         both = single(k)
-         do j = 1, size(edit_place)
-            if (j == d .or. edit_place(j)%kind /= edit_place(d)%kind) cycle
-            if (edit_place(j)%kind == no_test .or. edit_place(j)%strip == 0) cycle
-            other = neighbours_of(strip, both%set, edit_place(j), length)
-            other = pack(other, other%edit == both%edit)
-            ! Edits that remove a contact change the indices of contacts with prescribed places.
-            if (size(other) == 0 .or. any(both%held > 0 .and. both%edit == edit_merge)) cycle
-            both%set = other(min(count(single(:k)%edit == single(k)%edit), size(other)))%set
+         alike = edit_place%kind == edit_place(d)%kind .and. edit_place%kind /= no_test .and. edit_place%strip > 0
+         alike(d) = .false.
+         do while (any(alike))
+            both = single(k)
+            do j = 1, size(edit_place)
+               if (.not. alike(j)) cycle
+               other = neighbours_of(strip, both%set, edit_place(j), length)
+               other = pack(other, other%edit == both%edit)
+               ! Edits that remove a contact change the indices of contacts with prescribed places.
+               if (size(other) == 0 .or. any(both%held > 0 .and. both%edit == edit_merge)) cycle
+               both%set = other(min(count(single(:k)%edit == single(k)%edit), size(other)))%set
+            end do
+            if (size(both%set) /= size(single(k)%set) .or. .not. same_set(both%set, single(k)%set)) all = [all, both]
+            associate (farthest => maxval(edit_place%value, mask=alike))
+               if (.not. farthest > edit_place(d)%value) exit
+               alike = alike .and. edit_place%value < farthest - test_slack(edit_place(d)%kind)
+            end associate
          end do
-         if (size(both%set) /= size(single(k)%set) .or. .not. same_set(both%set, single(k)%set)) all = [all, both]
          all = [all, single(k)]
       end do
    end function neighbours_together

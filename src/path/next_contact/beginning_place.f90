@@ -6,7 +6,7 @@ module beginning_place
    use state_transfer, only: find_point
    use span_regions, only: beginning_region
    use test_kinds, only: span_test_t, test_gap
-   use span_tests, only: run_span_tests
+   use span_tests, only: run_span_tests, gaps_as_low
    use contact_change_types, only: step_interval_t, change_t
    use simultaneous_tests, only: beginning_together
    use contact_spans, only: contact_span_t
@@ -33,7 +33,9 @@ contains
       type(step_interval_t), intent(in) :: interval
       type(change_t), intent(inout) :: change    !! in: of kind change_located
       real(wp) :: tau
+      allocate (change%as_low(0))
       if (change%tests(change%which)%kind /= test_gap) return
+      change%as_low = gaps_as_low(problem, change%point%state, change%tests, change%which)
       if (.not. on_other_obstacle(present_contact_spans(problem, change%point%state), change%tests(change%which))) &
          & call begin_sharply(problem, step, run, interval, change)
       associate (test => change%tests(change%which))
@@ -58,7 +60,7 @@ contains
       integer, allocatable :: begins(:)
       logical :: found
       begins = beginning_together(problem, change%tests, change%which, interval%after%value < interval%before%value)
-      begun = change%tests(begins)
+      begun = [change%as_low, change%tests(begins)]
       call begin_contacts(problem, change%point%state, begun, run%spans_begun, touched, found)
       if (.not. found) return
       control%method = method_load
@@ -76,9 +78,11 @@ contains
       change%report%iterations = change%report%iterations + anew%iterations
       change%report%residual = anew%residual
       change%tests = run_span_tests(problem, better%state, interval%scale)
-      change%tests(begins)%at = begun%at
+      change%as_low = begun(:size(change%as_low))
+      change%as_low%value = change%tests(change%which)%value
+      change%tests(begins)%at = begun(size(change%as_low) + 1:)%at
       call bars_at_contact_start(problem, step, run, better, touched%problem, touched%path_point_t, run%spans_begun + &
-         & size(begins), change%bars)
+         & size(begun), change%bars)
    end subroutine begin_sharply
 
    !> True if the place of a gap is on a line contact with another obstacle.
