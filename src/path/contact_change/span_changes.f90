@@ -173,8 +173,8 @@ contains
          call try_sets(problem, step, run, change%point, first, next, found, zero, interval%to%state)
       end if
       if (.not. found) call try_sets(problem, step, run, change%point, first, next, found, zero)
-      if (.not. found) then
-         ! The mesh may be too coarse to show which contacts change first.
+      if (.not. found .and. zero(1)%kind == test_gap) then
+         ! The mesh may be too coarse to show which contact begins first: gaps between nodes are less accurate than nodes.
          call request_resolving_mesh(problem, run, tries, request, asked)
          if (asked) return
       end if
