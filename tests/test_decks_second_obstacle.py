@@ -168,3 +168,74 @@ def test_wall_that_is_met_before_a_stop(first):
         assert [c.label for c in one.results.critical] == ["C+", "EP"]
     touched, fine = run.only("C+"), given.only("C+")
     assert abs(touched.load_factor - fine.load_factor) <= touched.error + fine.error + 1e-8
+
+
+TIP = """*HEADING
+Heavy rod on a floor; a ramp rises under its end, which is held
+*NODE
+1, 0, 0
+2, 1.3, 0
+3, 3, 0
+*LINE, ELSET=ROD, NSET=ROD
+{lines}
+*BEAM SECTION, ELSET=ROD, SECTION=STIFFNESS
+3e4, 1
+*BOUNDARY
+1, ENCASTRE
+3, 2
+*OBSTACLE, NAME=FLOOR, TYPE=LINE
+-3, 0, 6, 0
+*OBSTACLE, NAME=RAMP, TYPE=LINE
+0, -0.6, 3, -0.0127
+*CONTACT, OBSTACLE=FLOOR, NSET=ROD
+*CONTACT, OBSTACLE=RAMP, NSET=ROD
+*MONITOR, NAME=floor, OBSTACLE=FLOOR
+RF2
+*MONITOR, NAME=ramp, OBSTACLE=RAMP
+RF2
+*MONITOR, NAME=held
+3, RF2
+*MONITOR, NAME=clamp
+1, RF2
+*STEP
+*STATIC, METHOD=LOAD
+1
+*DLOAD
+ROD, PY, -1.1
+*END STEP
+*STEP
+*STATIC, METHOD=LOAD
+0.1
+*OBSTACLE MOTION
+RAMP, 0, 0.0237
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("lines", ["1, 2\n2, 3", "3, 2\n2, 1"])
+def test_the_weight_of_a_line_is_borne_by_its_own_obstacle(lines):
+    """The point at the line's end belongs to the ramp, the line beside it to the floor, whichever node comes first."""
+    run = dr.run_deck(TIP.format(lines=lines))
+    begins, = run.labelled("C+")
+    dr.assert_close(begins.load_factor, 0.0127 / 0.0237, relative=1e-6)
+    end = run.results.critical[-1].monitors
+    dr.assert_close(end["floor"] + end["ramp"] + end["held"] + end["clamp"], 3.3, relative=1e-9)
+    # The end cannot rise: what the ramp gives, the support takes.
+    dr.assert_close(end["floor"], 3.3, absolute=1e-6)
+
+
+@pytest.mark.parametrize("points", ["", ", POINTS=NODES"])
+def test_a_support_carries_what_an_obstacle_pushes_against_it(points):
+    """The inclined ramp presses on a node that is held in y: its reaction is not a part of the support's."""
+    alone = dr.changed(TIP.format(lines="1, 2, 6\n2, 3, 8"), ("*CONTACT, OBSTACLE=FLOOR, NSET=ROD\n", ""),
+                       ("*OBSTACLE, NAME=FLOOR, TYPE=LINE\n-3, 0, 6, 0\n", ""), ("NAME=floor, OBSTACLE=FLOOR", "NAME=along, OBSTACLE=RAMP"),
+                       ("RF2\n*MONITOR, NAME=ramp", "RF1\n*MONITOR, NAME=ramp"), ("3e4, 1\n", "3e4, 1000\n"),
+                       ("OBSTACLE=RAMP, NSET=ROD", f"OBSTACLE=RAMP, NSET=ROD{points}"))
+    end = dr.run_deck(alone).results.critical[-1]
+    forces = end.monitors
+    dr.assert_close(forces["ramp"], -forces["along"] * 3 / 0.5873, relative=1e-9)
+    dr.assert_close(forces["ramp"] + forces["held"] + forces["clamp"], 3.3, absolute=1e-8 * forces["ramp"])
+    if not points:  # contact at nodes has no bars
+        fine = dr.run_deck(dr.changed(alone, ("1\n*DLOAD", "1\n*ACCURACY, TOLERANCE=1E-9\n*DLOAD"),
+                                       ("0.1\n*OBSTACLE", "0.1\n*ACCURACY, TOLERANCE=1E-9\n*OBSTACLE"))).results.critical[-1]
+        dr.assert_close(forces["held"], fine.monitors["held"], absolute=end.monitor_errors["held"] + fine.monitor_errors["held"])

@@ -50,7 +50,7 @@ contains
             moment(problem%candidates%obstacle(c)) = moment(problem%candidates%obstacle(c)) + (x(1) * force(2) - x(2) * force(1))
             e = problem%candidates%element(2, c)
             if (e == 0) cycle
-            if (problem%conforms(e) == 0) cycle
+            if (problem%conforms(e) /= c) cycle
             call line_force(problem, state, e, middle, force, turn)
             moment(problem%candidates%obstacle(c)) = moment(problem%candidates%obstacle(c)) + turn
          end associate
@@ -87,7 +87,7 @@ contains
          call add(problem%rod_segment(e), at, end_force(problem, state, c))
          e = problem%candidates%element(2, c)
          if (e == 0) cycle
-         if (problem%conforms(e) == 0) cycle
+         if (problem%conforms(e) /= c) cycle
          ! The density is integrated between neighbouring nodes of the deck; a mesh element may contain several of these nodes or
          ! none.
          associate (tab => problem%tableau(problem%model%mesh%stages(e)), g => state%geometry%element(e), &

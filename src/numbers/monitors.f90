@@ -10,7 +10,8 @@ module monitors
    use section_quantities, only: watched_section, new_section_functional
    use displacement_functional, only: watched_displacement, new_displacement_functional
    use reaction_functional, only: reaction_sum, new_reaction_functional
-   use node_contact_functional, only: has_node_forces, node_force_sum, new_node_force_functional
+   use node_contact_functional, only: has_node_forces, node_force_sum, new_node_force_functional, held_contact_sum, &
+      & new_held_contact_functional
    use span_force_functional, only: span_force_sum, span_force_rate, new_span_force_functional
    use foundation_force_functional, only: has_foundation, foundation_force_sum, new_foundation_force_functional
    implicit none
@@ -38,12 +39,55 @@ contains
             else if (monitor%quantity == quantity_contact) then
                total = contact_force_sum(problem, state, system, monitor%obstacle, monitor%component)
             else
-               total = reaction_sum(problem, state, system, m)
+               total = support_force_sum(problem, state, system, m)
             end if
             values(m) = monitor%offset + monitor%factor * total
          end associate
       end do
    end function monitor_values
+
+   !> Sum of the forces of supports and springs on the nodes of a monitor, without those of obstacles on supported nodes.
+   pure real(wp) function support_force_sum(problem, state, system, m) result(total)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system     !! assembled at `state`
+      integer, intent(in) :: m                 !! index into model%monitor of a reaction monitor
+      integer, allocatable :: node(:)
+      integer :: i
+      total = reaction_sum(problem, state, system, m)
+      node = held_nodes(problem, m)
+      total = total - sum([(held_contact_sum(problem, state, system, node(i), problem%deck%monitor(m)%component), i=1, size(node))])
+   end function support_force_sum
+
+   !> Linearisation of support_force_sum.
+   type(functional_t) function new_support_force_functional(problem, state, system, m) result(number)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system     !! assembled at `state`
+      integer, intent(in) :: m                 !! index into model%monitor of a reaction monitor
+      integer, allocatable :: node(:)
+      integer :: i
+      number = new_reaction_functional(problem, state, system, m)
+      node = held_nodes(problem, m)
+      do i = 1, size(node)
+         call number%add(-1.0_wp, new_held_contact_functional(problem, state, system, node(i), problem%deck%monitor(m)%component))
+      end do
+   end function new_support_force_functional
+
+   !> Nodes of a reaction monitor on which obstacles may act and whose component in x or y a support holds.
+   pure function held_nodes(problem, m) result(node)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: m                 !! index into model%monitor of a reaction monitor
+      integer, allocatable :: node(:)
+      integer :: i
+      associate (monitor => problem%deck%monitor(m))
+         node = [(problem%mesh_node(monitor%node(i)), i=1, size(monitor%node))]
+         if (monitor%component > 2) node = [integer ::]
+         node = pack(node, node > 0)
+         node = pack(node, [(problem%model%fixed(monitor%component, node(i)) .and. any(problem%candidates%node == node(i)), &
+            & i=1, size(node))])
+      end associate
+   end function held_nodes
 
    !> Sum of all forces of an obstacle on the structure: one component, or the sum of the normal forces.
    real(wp) function contact_force_sum(problem, state, system, obstacle, component) result(total)
@@ -95,7 +139,7 @@ contains
          else if (monitor%quantity == quantity_contact) then
             call number%add(monitor%factor, new_contact_functional(problem, state, system, monitor%obstacle, monitor%component))
          else
-            call number%add(monitor%factor, new_reaction_functional(problem, state, system, m))
+            call number%add(monitor%factor, new_support_force_functional(problem, state, system, m))
          end if
       end associate
    end function new_monitor_functional

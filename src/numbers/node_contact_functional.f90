@@ -15,8 +15,8 @@ module node_contact_functional
    use contact_response, only: gap_change, reaction_change
    implicit none
    private
-   public :: is_stop, gap_rate, reaction_rate, has_node_forces, &
-      & node_force_sum, new_node_force_functional
+   public :: is_stop, gap_rate, reaction_rate, has_node_forces, node_force_sum, new_node_force_functional, held_contact_sum, &
+      & new_held_contact_functional
 
 contains
 
@@ -123,12 +123,50 @@ contains
       type(system_t), intent(in) :: system       !! assembled at `state`
       integer, intent(in) :: obstacle
       integer, intent(in) :: component           !! 1: force in x, 2: force in y, 3: sum of normal forces
-      logical :: counts(problem%candidates%n)
+      number = sum_of_reactions(problem, state, system, acts(problem, state, obstacle), component)
+      number%value = node_force_sum(problem, state, system, obstacle, component)
+   end function new_node_force_functional
+
+   !> Force of all rigid obstacles on a node, one component: where a support holds this component, too, the unbalanced force on the
+   !> node is the sum of both.
+   pure real(wp) function held_contact_sum(problem, state, system, node, component) result(total)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system       !! assembled at `state`
+      integer, intent(in) :: node
+      integer, intent(in) :: component           !! 1: force in x, 2: force in y
+      integer :: c
+      total = 0.0_wp
+      do c = 1, problem%candidates%n
+         if (problem%candidates%node(c) == node .and. system%unknown(c) > 0) total = total + state%reaction(c) * &
+            & system%normal(component, c)
+      end do
+   end function held_contact_sum
+
+   !> Linearisation of held_contact_sum.
+   pure type(functional_t) function new_held_contact_functional(problem, state, system, node, component) result(number)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system       !! assembled at `state`
+      integer, intent(in) :: node
+      integer, intent(in) :: component           !! 1: force in x, 2: force in y
+      integer :: c
+      number = sum_of_reactions(problem, state, system, [(problem%candidates%node(c) == node .and. system%unknown(c) > 0, &
+         & c=1, problem%candidates%n)], component)
+      number%value = held_contact_sum(problem, state, system, node, component)
+   end function new_held_contact_functional
+
+   !> Linearisation of the sum of the reactions of several candidates; its value is not set.
+   pure type(functional_t) function sum_of_reactions(problem, state, system, counts, component) result(number)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system       !! assembled at `state`
+      logical, intent(in) :: counts(:)           !! (candidates)
+      integer, intent(in) :: component           !! 1: force in x, 2: force in y, 3: sum of normal forces
       real(wp) :: along(2), turning
       integer :: c
       number = new_functional(system%n)
       allocate (number%by_force(system%n), source=0.0_wp)
-      counts = acts(problem, state, obstacle)
       do c = 1, size(counts)
          if (.not. counts(c)) cycle
          call add_reaction(problem, state, system, c, along_component(system, c, component), number)
@@ -138,8 +176,7 @@ contains
          if (abs(turning) > 0.0_wp) call add_motion(problem, system, c, turning * along, number)
       end do
       call add_held_forces(system, number)
-      number%value = node_force_sum(problem, state, system, obstacle, component)
-   end function new_node_force_functional
+   end function sum_of_reactions
 
    !> (candidates) true for active candidates of an obstacle that belong to no contact span.
    pure function acts(problem, state, obstacle)
