@@ -371,3 +371,45 @@ def test_a_heavy_hot_strip_is_lifted_from_zero(force):
     a, thrust = 1.5 * force / 660.0, 21e6 * 1e-5 * 26.864660801879
     lift = 660.0 * a**4 / (72.0 * 257.25)
     assert 0.0 <= run.results.critical[-1].monitors["lift"] - lift <= thrust / 257.25 * a**2 * lift
+
+
+LYING = """*HEADING
+A heavy beam on a rigid floor that a force lifts at a node
+*NODE
+1, 0, 0
+2, 24, 0
+3, 40, 0
+*LINE, ELSET=BEAM, NSET=BEAM
+1, 2
+2, 3
+*BEAM SECTION, ELSET=BEAM, SECTION=STIFFNESS
+1e4, 1
+*BOUNDARY
+1, 1
+*OBSTACLE, NAME=FLOOR, TYPE=LINE
+0, 0, 1, 0
+*CONTACT, OBSTACLE=FLOOR, NSET=BEAM
+*STEP
+*STATIC, METHOD=LOAD
+1.
+*DLOAD
+BEAM, PY, -1.
+*END STEP
+*STEP
+*STATIC, METHOD=LOAD
+0.05, , 0.1
+*CLOAD
+2, 2, {force!r}
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("force", [0.04, 4.0])
+def test_where_a_force_begins_to_lift_a_lying_beam_is_zero_or_not_located(force):
+    """Any force lifts the beam, by 3/4 F/q on both sides. A force of 0.04 lifts less than 2E-4 of its parts up to load factor 0.1."""
+    run = dr.run_deck(LYING.format(force=force), code=None)
+    opening = run.labelled("C-")[0]
+    if opening.located:
+        assert run.code == 0 and abs(opening.load_factor) <= 1e-6
+    else:
+        assert run.code == 2 and "between load factors" in run.stderr

@@ -44,6 +44,8 @@ module contact_change_types
       type(span_test_t), allocatable :: as_low(:) !! other local minima of the gaps that close there, see gaps_as_low
       character(2) :: label = '  '                !! contact gained (C+) or lost (C-), empty if neither
       logical :: divides = .false.                !! a part of the lost contact remains on both sides
+      real(wp), allocatable :: since !! load factor at which the force of the test was zero, before the run's point: it has lifted
+      !! only a negligible length so far, and counts as zero; not allocated: the test is zero at the place
       type(path_point_t) :: point                 !! place of the change, with the present set
       type(increment_t) :: report                 !! corrector's report at the place
       type(error_bars_t), allocatable :: bars     !! error bars of the place, if known

@@ -43,7 +43,7 @@ module span_changes
    use step_control, only: too_short
    use path_record, only: recorder_t
    use error_bar, only: error_bars_t
-   use error_report, only: bars_at_point
+   use error_report, only: bars_at_point, tolerance_at
    implicit none
    private
    public :: check_contact_change
@@ -310,6 +310,11 @@ contains
          arrival%divides = change%divides
          arrival%changes = .true.
          if (allocated(change%bars)) arrival%bars = change%bars
+         if (allocated(change%since) .and. change%label /= '  ') then
+            arrival%since = change%since
+            arrival%bracketed = abs(change%since - change%point%state%load_factor) > max(step%locate_tolerance, &
+               & tolerance_at(problem, step, change%label)) * abs(change%point%state%load_factor)
+         end if
          call accept(problem, step, run, change%point, arrival, recorder, request, finished, outcome)
       end if
       run%control%increment = increment

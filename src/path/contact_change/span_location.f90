@@ -4,7 +4,9 @@ module span_location
    use model, only: step_t
    use problem, only: problem_t
    use rod_state, only: state_t
-   use test_kinds, only: span_test_t, test_curvature
+   use test_kinds, only: span_test_t, test_curvature, test_force
+   use lifted_node, only: inside_line
+   use breakpoint_forces, only: breakpoint_force, left_over
    use span_tests, only: run_span_tests
    use contact_change_types, only: step_interval_t, change_t, change_located, change_missed, place_within, place_here, &
       & place_ahead
@@ -47,6 +49,7 @@ contains
             change%where = place_here
             change%point = run%last
             change%tests = interval%before
+            call find_earlier_zero(problem, run, interval, before, change%since)
             return
          end if
          found = .false.
@@ -58,6 +61,24 @@ contains
          if (.not. found) change%kind = change_missed
       end associate
    end subroutine locate_test_zero
+
+   !> Finds the load at which the force on a node inside a line contact was zero, if that was before the run's point. Since then
+   !> the force pulls, but lifts only a negligible length, so that the test counts as zero (see point_tests). The force is taken as
+   !> linear in the load.
+   subroutine find_earlier_zero(problem, run, interval, test, since)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(in) :: run
+      type(step_interval_t), intent(in) :: interval
+      type(span_test_t), intent(in) :: test       !! at the run's point
+      real(wp), allocatable, intent(out) :: since !! load factor; not allocated: the force is zero at the run's point
+      real(wp) :: here, ahead
+      if (test%kind /= test_force .or. test%candidate == 0) return
+      if (.not. inside_line(problem, test%candidate)) return
+      here = breakpoint_force(problem, run%last%state, test%candidate)
+      ahead = breakpoint_force(problem, interval%to%state, test%candidate)
+      if (here >= -left_over(problem) * interval%scale .or. ahead >= here) return
+      since = run%last%state%load_factor - here / (ahead - here) * (interval%to%state%load_factor - run%last%state%load_factor)
+   end subroutine find_earlier_zero
 
    !> True if the test increases from the present point by more than the tolerance over the increment, by its slope at the present
    !> point.

@@ -42,6 +42,7 @@ module path_acceptance
       character(2) :: label = ''               !! C+ or C- if the trial is a contact change with this label
       integer :: times = 1                     !! multiplicity of the contact change at the trial
       logical :: bracketed = .false.           !! true: the contact change was not located; it lies somewhere before the trial
+      real(wp), allocatable :: since !! bracketed: load factor from which on it may lie; not allocated: that of the last point
       logical :: divides = .false.             !! C-: the contact span is divided, and parts of it stay in contact on both sides
       logical :: changes = .false.             !! true: the contact set changes at the trial, with or without a label
       logical, allocatable :: changing(:) !! (candidates) true: contact at the node begins or ends at the trial; not allocated: no
@@ -246,6 +247,7 @@ contains
       subroutine announce_contact()
          type(error_bars_t), allocatable :: bars    ! not allocated if the contact change is only bracketed
          character(:), allocatable :: note
+         real(wp) :: from
          integer :: i
          note = contact_words(arrival%label, arrival%divides)
          if (allocated(findings%bars) .and. .not. arrival%bracketed) bars = findings%bars
@@ -253,7 +255,9 @@ contains
             call announce(problem, run, new_critical(arrival%label, note, bars), trial, .not. arrival%bracketed, recorder, &
                & outcome)
          end do
-         if (arrival%bracketed) call note_bracketed(outcome, note, run%last%state%load_factor, trial%state%load_factor)
+         from = run%last%state%load_factor
+         if (allocated(arrival%since)) from = arrival%since
+         if (arrival%bracketed) call note_bracketed(outcome, note, from, trial%state%load_factor)
          call keep_critical_point(problem, run, arrival%label, trial%state, trial%state, 1.0_wp, run%arc_length + &
             & path_length(problem, run%last%state, trial%state), trial%test_values%negative_pivots, 0)
       end subroutine announce_contact
