@@ -6,7 +6,7 @@ module track_nodes
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t, element_load, node_position, pose_of, candidate_offset
-   use reference_curve, only: curve_abscissa, curve_length, curve_bend
+   use reference_curve, only: curve_abscissa, curve_length, curve_bend, nominal_bend
    use obstacle_pose, only: pose_t
    use obstacle_track, only: track_t, track_foot, across_joint, joints_between
    use rod_load, only: ge_load_t
@@ -243,7 +243,7 @@ contains
    end subroutine rod_curvature
 
    !> Stress-free curvature in an element and its first two derivatives by the stress-free length; at an end of the element they are
-   !> one-sided. The second derivative is that of the parabola through three values of the first derivative.
+   !> one-sided. With an imperfection the second derivative is that of the parabola through three values of the first derivative.
    pure function bend_at(problem, state, e, tau) result(bend)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -259,6 +259,10 @@ contains
          if (curve%imperfection == 0 .and. .not. allocated(curve%path)) return
          s = curve_abscissa(curve, imperfection, g%s(1), tau * g%length, g%excess)
          step = epsilon(step) * (g%s(2) - g%s(1))
+         if (curve%imperfection == 0) then
+            bend = nominal_bend(curve, min(max(s, g%s(1) + step), g%s(2) - step))
+            return
+         end if
          call curve_bend(curve, imperfection, min(max(s, g%s(1) + step), g%s(2) - step), bend(0), bend(1))
          step = epsilon(step)**(1.0_wp / 3.0_wp) * (g%s(2) - g%s(1))
          middle = min(max(s, g%s(1) + step), g%s(2) - step)

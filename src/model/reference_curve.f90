@@ -9,7 +9,7 @@ module reference_curve
       & table_points
    implicit none
    private
-   public :: measure_curves, curve_point, curve_bend, curve_excess, curve_length, curve_abscissa, curve_goes_on
+   public :: measure_curves, curve_point, curve_bend, nominal_bend, curve_excess, curve_length, curve_abscissa, curve_goes_on
    public :: curve_angle, path_point, is_straight, curve_scale
 
 contains
@@ -92,15 +92,15 @@ contains
       rate = (perfect(1) + (along * dddw - dw * dd_along) / square - 2 * turn * growth - (perfect(0) + turn) * growth) / square
    end subroutine curve_bend
 
-   !> Curvature of the nominal curve and its first two derivatives by s.
+   !> Curvature of the nominal curve and its first two derivatives by s, which is the true arc length if there is no imperfection.
    pure function nominal_bend(curve, s) result(bend)
       type(curve_t), intent(in) :: curve
       real(wp), intent(in) :: s
-      real(wp) :: bend(0:2), angle
+      real(wp) :: bend(0:2)
       type(track_t) :: at
       bend = [curve%curvature, 0.0_wp, 0.0_wp]
       if (.not. allocated(curve%path)) return
-      call path_point(curve%path, s, at, angle)
+      at = path_place(curve%path, s)
       bend = [at%curvature, at%curvature_rate, at%curvature_second] / curve%path%scale**[1, 2, 3]
    end function nominal_bend
 
@@ -132,12 +132,31 @@ contains
    end function is_straight
 
    !> Point of a path's spline at the distance s behind the path's start, measured along the nominal curve, and the direction of the
-   !> spline there, continuous in s. Beyond an end an open spline is continued by a straight line, a closed spline by further turns.
+   !> spline there, continuous in s.
    pure subroutine path_point(path, s, at, angle)
       type(path_t), intent(in) :: path
       real(wp), intent(in) :: s
       type(track_t), intent(out) :: at        !! the point, in the axes of the spline
       real(wp), intent(out) :: angle          !! direction of the spline [rad]
+      integer :: n, rounds
+      at = path_place(path, s)
+      associate (curve => path%shape%curve)
+         n = size(curve%piece)
+         ! Pieces turn by much less than half a turn: the direction at the first point of this piece determines the number of whole
+         ! turns.
+         rounds = 0
+         if (curve%closed) rounds = floor(real(at%piece - 1, wp) / n)
+         angle = atan2(curve%tangent(2, 1), curve%tangent(1, 1)) + curve%turned(min(max(at%piece - rounds * n, 1), n + 1)) + &
+            & rounds * curve%turned(n + 1)
+         angle = angle + modulo(atan2(at%tangent(2), at%tangent(1)) - angle + pi, 2.0_wp * pi) - pi
+      end associate
+   end subroutine path_point
+
+   !> Point of a path's spline, as from path_point. Beyond an end an open spline is continued by a straight line, a closed spline by
+   !> further turns.
+   pure type(track_t) function path_place(path, s) result(at)
+      type(path_t), intent(in) :: path
+      real(wp), intent(in) :: s               !! distance behind the path's start, measured along the nominal curve
       type(track_t) :: near
       real(wp) :: sigma, local
       integer :: n, rounds
@@ -149,15 +168,8 @@ contains
          local = sigma - rounds * curve%start(n + 1)
          near%piece = piece_at(curve%start(:n + 1), local) + rounds * n
          at = track_at(path%shape, 0.0_wp, sigma, near)
-         ! Pieces turn by much less than half a turn: the direction at the first point of this piece determines the number of whole
-         ! turns.
-         rounds = 0
-         if (curve%closed) rounds = floor(real(at%piece - 1, wp) / n)
-         angle = atan2(curve%tangent(2, 1), curve%tangent(1, 1)) + curve%turned(min(max(at%piece - rounds * n, 1), n + 1)) + &
-            & rounds * curve%turned(n + 1)
-         angle = angle + modulo(atan2(at%tangent(2), at%tangent(1)) - angle + pi, 2.0_wp * pi) - pi
       end associate
-   end subroutine path_point
+   end function path_place
 
    !> Computes the length tables of all curves for curve_length and curve_abscissa. Must be called after every change of curves or
    !> imperfections. Curves of one imperfection with the same curvature share a table; an element may extend beyond its curve.

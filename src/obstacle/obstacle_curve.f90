@@ -116,18 +116,12 @@ contains
       real(wp), intent(in) :: c(2, 6)     !! coefficients of the polynomial, see piece_t
       real(wp), intent(in) :: t
       real(wp) :: d(2, 0:5)
-      integer :: k, i
-      d = 0.0_wp
-      ! Horner's scheme for the value, and once more for each derivative over its factorial.
-      do k = 6, 1, -1
-         do i = 6 - k, 1, -1
-            d(:, i) = d(:, i) * t + d(:, i - 1)
-         end do
-         d(:, 0) = d(:, 0) * t + c(:, k)
-      end do
-      do i = 2, 5
-         d(:, i) = d(:, i) * factorial(i)
-      end do
+      d(:, 0) = c(:, 1) + t * (c(:, 2) + t * (c(:, 3) + t * (c(:, 4) + t * (c(:, 5) + t * c(:, 6)))))
+      d(:, 1) = c(:, 2) + t * (2 * c(:, 3) + t * (3 * c(:, 4) + t * (4 * c(:, 5) + t * 5 * c(:, 6))))
+      d(:, 2) = 2 * c(:, 3) + t * (6 * c(:, 4) + t * (12 * c(:, 5) + t * 20 * c(:, 6)))
+      d(:, 3) = 6 * c(:, 4) + t * (24 * c(:, 5) + t * 60 * c(:, 6))
+      d(:, 4) = 24 * c(:, 5) + t * 120 * c(:, 6)
+      d(:, 5) = 120 * c(:, 6)
    end function polynomial_at
 
    !> Value and first two derivatives of a polynomial; faster than polynomial_at.

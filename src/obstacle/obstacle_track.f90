@@ -390,17 +390,18 @@ contains
    pure subroutine polynomial_curvature(d, tangent, k)
       real(wp), intent(in) :: d(2, 0:5)   !! derivatives of the position by the parameter
       real(wp), intent(out) :: tangent(2), k(0:2)
-      real(wp) :: speed, growth, by_t, twice_by_t
+      real(wp) :: square, speed, growth, by_t, twice_by_t
       associate (d1 => d(:, 1), d2 => d(:, 2), d3 => d(:, 3), d4 => d(:, 4))
-         speed = norm2(d1)
+         square = dot_product(d1, d1)
+         speed = sqrt(square)
          tangent = d1 / speed
-         growth = dot_product(d1, d2) / speed**2 ! derivative of the speed by t, over the speed
-         k(0) = cross(d1, d2) / speed**3
-         by_t = cross(d1, d3) / speed**3 - 3 * k(0) * growth
-         twice_by_t = (cross(d2, d3) + cross(d1, d4)) / speed**3 - 3 * growth * cross(d1, d3) / speed**3 - 3 * by_t * growth - &
-            & 3 * k(0) * ((dot_product(d2, d2) + dot_product(d1, d3)) / speed**2 - 2 * growth**2)
+         growth = dot_product(d1, d2) / square ! derivative of the speed by t, over the speed
+         k(0) = cross(d1, d2) / (square * speed)
+         by_t = cross(d1, d3) / (square * speed) - 3 * k(0) * growth
+         twice_by_t = (cross(d2, d3) + cross(d1, d4) - 3 * growth * cross(d1, d3)) / (square * speed) - 3 * by_t * growth - &
+            & 3 * k(0) * ((dot_product(d2, d2) + dot_product(d1, d3)) / square - 2 * growth**2)
          k(1) = by_t / speed
-         k(2) = (twice_by_t - by_t * growth) / speed**2
+         k(2) = (twice_by_t - by_t * growth) / square
       end associate
    end subroutine polynomial_curvature
 
@@ -412,7 +413,7 @@ contains
       real(wp), intent(in) :: sigma
       ! Newton's method converges quadratically: if this step is smaller, the remaining error is below rounding.
       real(wp), parameter :: last_step = 1.0e-9_wp
-      real(wp) :: local, step, x(2), d(2), dd(2)
+      real(wp) :: local, step, square, x(2), d(2), dd(2)
       integer :: iteration, which
       which = piece_of(obstacle, i)
       local = sigma - piece_start(obstacle, offset, i)
@@ -423,10 +424,11 @@ contains
             t = local / piece_length(obstacle, offset, i, 1.0_wp)
             return
          end if
-         t = local / (piece_start(obstacle, offset, i + 1) - piece_start(obstacle, offset, i))
+         t = local / (curve%start(which + 1) - curve%start(which) - offset * (curve%turned(which + 1) - curve%turned(which)))
          do iteration = 1, 20
             call first_derivatives(curve%piece(which)%c, t, x, d, dd)
-            step = (local - piece_length(obstacle, offset, i, t)) / (norm2(d) - offset * cross(d, dd) / dot_product(d, d))
+            square = dot_product(d, d)
+            step = (local - piece_length(obstacle, offset, which, t)) / (sqrt(square) - offset * cross(d, dd) / square)
             t = t + step
             if (abs(step) <= last_step) exit
          end do
