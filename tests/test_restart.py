@@ -1,5 +1,6 @@
 """Runs in pieces are the run in one go, to the last bit; and runs that go on with other steps."""
 import os
+import shutil
 import signal
 import subprocess
 import time
@@ -46,6 +47,22 @@ def rows(path):
         return len(file["path/load_factor"])
 
 
+@pytest.fixture(scope="module")
+def ring_once(tmp_path_factory):
+    """The deck `ring` and its run in one go."""
+    folder = tmp_path_factory.mktemp("ring")
+    (folder / "deck.inp").write_text(dr.example("ring"))
+    run(folder, "-o", "whole.h5", "deck.inp")
+    return folder
+
+
+@pytest.fixture
+def ring(tmp_path, ring_once):
+    """A folder with a copy of both."""
+    shutil.copytree(ring_once, tmp_path, dirs_exist_ok=True)
+    return tmp_path
+
+
 # spans, foundations that touch and leave, walls, steps, branches, modes as imperfections, corners
 DECKS = ["ring", "ring-winkler", "column-walls", "euler", "pipe-lift", "arch-shallow-hinged", "roorda-frame", "column", "cradle", "beam-rollers",
          "cam"]
@@ -72,6 +89,7 @@ def test_a_run_in_pieces_is_the_run_in_one_go(tmp_path, name):
     assert differences(tmp_path / "whole.h5", tmp_path / "pieces.h5") == []
 
 
+@dr.release_only
 def test_killed_at_once_and_gone_on(tmp_path):
     """What a kill leaves goes on, too; the rows behind where the run stood are made again."""
     text = dr.with_static(CANTILEVER, "METHOD=LOAD", "0.01, 1E-6, 0.01").replace("*CLOAD", "*CONTROLS, POINTS=6000\n*CLOAD")
@@ -116,14 +134,13 @@ def test_limit_curves_go_on(tmp_path, shim, name, curves):
     assert work == sorted(work, reverse=True) and 3 * work[-1] < work[0], work
 
 
-def test_points_that_take_long_are_not_sought_again(tmp_path, shim):
+@dr.release_only
+def test_points_that_take_long_are_not_sought_again(ring, shim):
     """Though each of them is flushed as soon as it is there, before the run stands behind it."""
-    (tmp_path / "deck.inp").write_text(dr.example("ring"))
-    run(tmp_path, "-o", "whole.h5", "deck.inp")
-    killed(tmp_path, shim, int(0.9 * killed(tmp_path, shim, 0)))
-    run(tmp_path, "--restart", "pieces.h5")
-    assert differences(tmp_path / "whole.h5", tmp_path / "pieces.h5") == []
-    assert 3 * iterations(tmp_path / "pieces.h5") < iterations(tmp_path / "whole.h5")
+    killed(ring, shim, int(0.9 * killed(ring, shim, 0)))
+    run(ring, "--restart", "pieces.h5")
+    assert differences(ring / "whole.h5", ring / "pieces.h5") == []
+    assert 3 * iterations(ring / "pieces.h5") < iterations(ring / "whole.h5")
 
 
 def iterations(path):
@@ -228,22 +245,20 @@ def path_of(path):
 
 
 @pytest.mark.parametrize("method", ["CYLINDRICAL", "SPHERICAL", "LINEARISED", "MINIMUM RESIDUAL", "VARIABLE LOAD"])
-def test_from_a_limit_point_with_another_strategy(tmp_path, method):
+def test_from_a_limit_point_with_another_strategy(ring, method):
     """The points before stay as they are; behind, where the load falls, the path is the same curve."""
     text = dr.example("ring")
-    (tmp_path / "deck.inp").write_text(text)
     changes = (("METHOD=CYLINDRICAL", f"METHOD={method}"), ("1., 1E-9, 0.02", "1., 1E-9, 0.01"), ("v, ABOVE, 0.6", "v, ABOVE, 0.55"))
-    (tmp_path / "other.inp").write_text(dr.changed(text, *changes[method == "CYLINDRICAL":]))
-    run(tmp_path, "-o", "whole.h5", "deck.inp")
-    run(tmp_path, "--restart", "whole.h5", "--from", "LP1", "-o", "other.h5", "other.inp")
-    whole, labels = path_of(tmp_path / "whole.h5")
-    other, others = path_of(tmp_path / "other.h5")
+    (ring / "other.inp").write_text(dr.changed(text, *changes[method == "CYLINDRICAL":]))
+    run(ring, "--restart", "whole.h5", "--from", "LP1", "-o", "other.h5", "other.inp")
+    whole, labels = path_of(ring / "whole.h5")
+    other, others = path_of(ring / "other.h5")
     n = list(labels).index("LP") + 1
     assert np.array_equal(whole[:n + 1], other[:n + 1]) and list(labels[:n]) == list(others[:n])
     assert len(other) > n + 5 and np.all(np.diff(other[n - 1:]) < 0.0) and others[-1] == "EP"
-    with h5py.File(tmp_path / "other.h5") as file:
+    with h5py.File(ring / "other.h5") as file:
         assert file["path/monitor/v"][-1] == pytest.approx(0.55, abs=1e-9)
-    assert (path_of(tmp_path / "whole.h5")[0] == whole).all()
+    assert (path_of(ring / "whole.h5")[0] == whole).all()
 
 
 def load_of_branch(path):
@@ -251,6 +266,7 @@ def load_of_branch(path):
         return file["branch/1/path/load_factor"][()]
 
 
+@dr.release_only
 def test_from_a_limit_point_of_a_branch_with_another_strategy_and_another_end(tmp_path):
     """All before it stays as it is, and behind it is the same curve, up to the new end; what it leads to goes on by itself, too."""
     text = dr.example("arch-deep-hinged")
@@ -270,6 +286,7 @@ def test_from_a_limit_point_of_a_branch_with_another_strategy_and_another_end(tm
     assert differences(tmp_path / "other.h5", tmp_path / "again.h5") == []
 
 
+@dr.release_only
 def test_a_branch_goes_on_with_another_strategy(tmp_path, shim):
     """By load control, with the first increment of the step, where the run stood on the branch."""
     text = dr.example("arch-deep-hinged")
@@ -282,40 +299,35 @@ def test_a_branch_goes_on_with_another_strategy(tmp_path, shim):
     assert n > 10 and np.allclose(np.abs(steps[n + 1:n + 4]), 0.01)
 
 
-def test_a_run_that_was_killed_before_its_point_does_not_go_on_as_another(tmp_path, shim):
-    (tmp_path / "first.inp").write_text(dr.example("ring"))
-    run(tmp_path, "-o", "whole.h5", "first.inp")
+@dr.release_only
+def test_a_run_that_was_killed_before_its_point_does_not_go_on_as_another(ring, shim):
     environment = {**os.environ, "LD_PRELOAD": str(shim), "KILL_MODE": "before", "KILL_LOG": "count", "KILL_COPY": "flushed"}
     command = [os.environ["UNILAT"], "--quiet", "--restart", "whole.h5", "--from", "EP1", "-o", "pieces.h5"]
     for at in (0, 0.5):
-        at = int(at and at * int((tmp_path / "count").read_text()))
-        subprocess.run(command, cwd=tmp_path, timeout=WAIT, capture_output=True, check=False, env={**environment, "KILL_AT": str(at)})
-    assert 2 < rows(tmp_path / "pieces.h5") < rows(tmp_path / "whole.h5")
-    assert "does not say where its run stood" in run(tmp_path, "--restart", "pieces.h5", code=1).stderr
+        at = int(at and at * int((ring / "count").read_text()))
+        subprocess.run(command, cwd=ring, timeout=WAIT, capture_output=True, check=False, env={**environment, "KILL_AT": str(at)})
+    assert 2 < rows(ring / "pieces.h5") < rows(ring / "whole.h5")
+    assert "does not say where its run stood" in run(ring, "--restart", "pieces.h5", code=1).stderr
 
 
-def test_points_that_are_not_there_are_told(tmp_path):
-    (tmp_path / "deck.inp").write_text(dr.example("ring"))
-    run(tmp_path, "-o", "whole.h5", "deck.inp")
+def test_points_that_are_not_there_are_told(ring):
     for name in ("LP2", "LP0", "UZ", "BP1", "27", "0", "1.5", "LP1x", "99999999999", "C", "+", " "):
-        said = run(tmp_path, "--restart", "whole.h5", "--from", name, "-o", "other.h5", code=1).stderr
+        said = run(ring, "--restart", "whole.h5", "--from", name, "-o", "other.h5", code=1).stderr
         if name.strip():
             assert "it has the points 1 to 26, of which some are UZ1 (7) UZ2 (9)" in said and "LP1 (14)" in said and "EP1 (26)" in said
     for name, said in (("1:LP1", "branch 1 of whole.h5 has no points"), ("x:LP1", "the number of a branch"), (":3", "the number of a branch")):
-        assert said in run(tmp_path, "--restart", "whole.h5", "--from", name, "-o", "other.h5", code=1).stderr
+        assert said in run(ring, "--restart", "whole.h5", "--from", name, "-o", "other.h5", code=1).stderr
     for words in (["--from", "3"], ["--from", "3", "-o", "whole.h5"], ["--from"], ["--from", "3", "--from", "4", "-o", "other.h5"]):
-        assert "--from" in run(tmp_path, "--restart", "whole.h5", *words, code=1).stderr
-    assert "--from without --restart" in run(tmp_path, "--from", "3", "-o", "other.h5", "deck.inp", code=1).stderr
-    assert not (tmp_path / "other.h5").exists()
-    run(tmp_path, "--model", "-o", "model.h5", "deck.inp")
-    assert "has no points" in run(tmp_path, "--restart", "model.h5", "--from", "1", "-o", "other.h5", code=1).stderr
+        assert "--from" in run(ring, "--restart", "whole.h5", *words, code=1).stderr
+    assert "--from without --restart" in run(ring, "--from", "3", "-o", "other.h5", "deck.inp", code=1).stderr
+    assert not (ring / "other.h5").exists()
+    run(ring, "--model", "-o", "model.h5", "deck.inp")
+    assert "has no points" in run(ring, "--restart", "model.h5", "--from", "1", "-o", "other.h5", code=1).stderr
 
 
-def test_points_that_are_not_found_again_are_told(tmp_path):
+def test_points_that_are_not_found_again_are_told(ring):
     """A file made in pieces with two decks: the deck in it does not lead to its first points."""
-    (tmp_path / "deck.inp").write_text(dr.example("ring"))
-    run(tmp_path, "-o", "whole.h5", "deck.inp")
-    with h5py.File(tmp_path / "whole.h5", "a") as file:
+    with h5py.File(ring / "whole.h5", "a") as file:
         file["path/load_factor"][4] += 1e-3
-    said = run(tmp_path, "--restart", "whole.h5", "--from", "5", "-o", "other.h5", code=2).stderr
+    said = run(ring, "--restart", "whole.h5", "--from", "5", "-o", "other.h5", code=2).stderr
     assert "does not find the points in the file" in said

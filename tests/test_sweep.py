@@ -8,6 +8,7 @@ from __future__ import annotations
 import csv
 import io
 import os
+import shutil
 import signal
 import statistics
 import subprocess
@@ -67,6 +68,24 @@ limit = "LP"
 # Where pictures are not what is tested: one, instead of all that fit.
 PLAIN = SWEEP + "[[picture]]\nkind = \"histogram\"\nx = \"turn\"\n"
 N = 6
+
+
+@pytest.fixture(scope="module")
+def made_once(tmp_path_factory):
+    """A folder with a sweep that is complete; tests change copies of it."""
+    place = tmp_path_factory.mktemp("made-once")
+    (place / "strip.inp").write_text(DECK)
+    (place / "strip.toml").write_text(PLAIN)
+    sweep(place)
+    return place
+
+
+@pytest.fixture
+def complete(tmp_path, made_once):
+    """The folder of a complete sweep, and the files of its runs with an ending."""
+    folder = tmp_path / "complete"
+    shutil.copytree(made_once, folder)
+    return folder, lambda ending: sorted((folder / "strip-sweep" / "runs").glob(f"*{ending}"))
 
 
 @pytest.fixture
@@ -282,15 +301,8 @@ def test_interrupted_by_hand(folder):
 # What goes wrong around a sweep
 
 
-def make_plain(folder):
-    """A sweep that is complete; the files of its folder of runs with an ending."""
-    (folder / "strip.toml").write_text(PLAIN)
-    sweep(folder)
-    return lambda ending: sorted((folder / "strip-sweep" / "runs").glob(f"*{ending}"))
-
-
-def test_what_is_gathered_is_what_the_whole_file_says(folder):
-    for name in map(str, make_plain(folder)(".h5")):
+def test_what_is_gathered_is_what_the_whole_file_says(complete):
+    for name in map(str, complete[1](".h5")):
         whole, short = read_results(name), read_short(name, {"load_factor", "arc_length"})
         assert (short.n_points, set(short.path)) == (whole.n_points, {"load_factor", "arc_length"})
         for column in (*short.path, *whole.monitors):
@@ -301,8 +313,8 @@ def test_what_is_gathered_is_what_the_whole_file_says(folder):
         assert set(read_short(name, {"lost"}).path) == set(whole.path)       # to say which columns there are
 
 
-def test_a_record_without_its_file_is_no_record(folder):
-    files = make_plain(folder)
+def test_a_record_without_its_file_is_no_record(complete):
+    folder, files = complete
     files(".h5")[0].unlink()
     files(".h5")[-1].unlink()
     assert f"{N - 2} of {N} runs complete, 2 missing" in sweep(folder, "status", code=1).stdout
@@ -312,15 +324,15 @@ def test_a_record_without_its_file_is_no_record(folder):
 
 
 @pytest.mark.parametrize("content", ["", "{", "[1]", "3", '{"code": 0}', '{"code": "0", "message": "", "seconds": 1.0}', "\0"])
-def test_a_broken_record_is_made_again(folder, content):
-    files = make_plain(folder)
+def test_a_broken_record_is_made_again(complete, content):
+    folder, files = complete
     files(".json")[1].write_text(content)
     assert f"{N - 1} of {N} runs complete, 1 missing" in sweep(folder, "status", code=1).stdout
     assert f"{N - 1} finished before" in sweep(folder).stdout
 
 
-def test_a_damaged_result_stops_nobody_and_is_made_again(folder):
-    files = make_plain(folder)
+def test_a_damaged_result_stops_nobody_and_is_made_again(complete):
+    folder, files = complete
     whole = files(".h5")[2].read_bytes()
     for damaged in (b"", whole[:1000], b"x" * 1000):
         files(".h5")[2].write_bytes(damaged)
@@ -350,8 +362,7 @@ def threads(process):
 
 
 @pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="no /proc here")
-@pytest.mark.parametrize("to", ["main", "other"])
-@pytest.mark.parametrize("name", ["TERM", "HUP", "INT"])
+@pytest.mark.parametrize("name, to", [("TERM", "main"), ("HUP", "main"), ("INT", "main"), ("TERM", "other")])
 def test_what_ends_a_sweep_ends_its_runs(folder, name, to):
     """At once, and also where the system gives the signal to a thread that waits for a run: Python handles it in the main one."""
     program = slow_program(folder, 20)
