@@ -170,21 +170,23 @@ def integrated(k, t, scale, length=6.0, ea=1000.0, steps=1000):
     point. Its place and the pull there follow from the moment 0 and the pull at the end."""
     across = scale
 
-    def rates(s, y):
-        x, _, angle, moment, pull = y
-        up, c, d = across - (length - s), math.cos(y[2]), math.sin(angle)
+    def rates(s, x, angle, moment, pull):
+        up, c, d = across - (length - s), math.cos(angle), math.sin(angle)
         stretch = 1.0 + (pull * c + up * d) / ea
-        return np.array([stretch * c, stretch * d, moment, -stretch * (up * c - pull * d), min(max(k * (x - s), -t), t)])
+        return stretch * c, stretch * d, moment, -stretch * (up * c - pull * d), min(max(k * (x - s), -t), t)
 
     def end(place, pull):
-        y = np.array([place + math.copysign(pulled_end(abs(pull), k, t, ea, place), pull), 0.0, 0.0, 0.0, pull])
+        x, y, angle, moment = place + math.copysign(pulled_end(abs(pull), k, t, ea, place), pull), 0.0, 0.0, 0.0
         h = (length - place) / steps
-        for s in place + h * np.arange(steps):
-            one = rates(s, y)
-            two = rates(s + h / 2, y + h / 2 * one)
-            three = rates(s + h / 2, y + h / 2 * two)
-            y = y + h / 6 * (one + 2 * two + 2 * three + rates(s + h, y + h * three))
-        return y
+        for n in range(steps):
+            s = place + h * n
+            one = rates(s, x, angle, moment, pull)
+            two = rates(s + h / 2, x + h / 2 * one[0], angle + h / 2 * one[2], moment + h / 2 * one[3], pull + h / 2 * one[4])
+            three = rates(s + h / 2, x + h / 2 * two[0], angle + h / 2 * two[2], moment + h / 2 * two[3], pull + h / 2 * two[4])
+            four = rates(s + h, x + h * three[0], angle + h * three[2], moment + h * three[3], pull + h * three[4])
+            x, y, angle, moment, pull = (value + h / 6 * (p + 2 * q + 2 * r + v)
+                                         for value, p, q, r, v in zip((x, y, angle, moment, pull), one, two, three, four))
+        return np.array([x, y, angle, moment, pull])
 
     def misfit(unknown):
         return end(*unknown)[3:] - [0.0, 0.05 * scale]
@@ -213,7 +215,7 @@ def test_slip_and_touchdown_in_any_direction():
     np.testing.assert_allclose(slipping(500, 0.02, angle=0.5)[0], slipping(500, 0.02)[0], rtol=1e-8)
 
 
-@pytest.mark.parametrize("k, limit, length", [(500, 0.02, 30), (2000, 0.02, 6), (2000, 0.2, 30)])
+@pytest.mark.parametrize("k, limit, length", [(2000, 0.02, 6), (500, 0.02, 30), (2000, 0.2, 30)])
 def test_slip_passes_touchdown(k, limit, length):
     """With a mesh made for a tolerance, too. A node could not pass: thousands of iterations were needed where the two places meet."""
     fine, _ = slipping(k, limit, kind="GE8", elements=8 * length, length=length)

@@ -117,11 +117,13 @@ def test_deflections_and_moments_along_a_pasternak_foundation():
 def test_force_on_a_beam_on_the_half_space(width):
     """Biot's integral. Beyond the ends the ground would go on: that is the fourth power of 1/10 here."""
     w, m = gr.half_space_infinite(YOUNG, POISSON, width, 1.0)
-    runs = [beam(half_space(width), n) for n in MESHES]
+    runs = [beam(half_space(width), n) for n in MESHES[:3]]
     errors = np.array([[sinking(run) / w, abs(middle_moment(run)) / m] for run in runs]).T - 1.0
     for error in errors:
         dr.assert_order(error, 2, below=0.2, above=0.3)
-    assert abs(errors[0, -1]) < 1e-4 and abs(errors[1, -1]) < 6e-4
+    # What the meshes tend to: a finer one, with its full matrices, takes eight times as long as this one.
+    limits = (4.0 * errors[:, -1] - errors[:, -2]) / 3.0
+    assert abs(limits[0]) < 1e-4 and abs(limits[1]) < 6e-4
     # His own approximation, for the half width c: 0.332 P c (EI (1 - nu^2)/(E c^4))^0.277.
     c = 0.5 * width
     dr.assert_close(m, 0.332 * c * ((1.0 - POISSON**2) / (YOUNG * c**4)) ** 0.277, relative=0.05)
@@ -415,7 +417,7 @@ def test_buckling_against_dense_matrices(ground):
 def test_buckling_of_a_long_held_rail():
     """Rotations held at the ends: waves of an infinite beam, 2 root(k EI) + G and Biot's ground; the ends add some (pi/L q)^2."""
     for ground, exact in ((PASTERNAK, 2.0 * np.sqrt(K) + G), (half_space(0.5), gr.half_space_buckling(YOUNG, POISSON, 0.5, 1.0))):
-        values = [load_factors(beam(ground, n, step=BUCKLE, extra=HELD))[0] / exact - 1.0 for n in (50, 100, 200)]
+        values = [load_factors(beam(ground, n, step=BUCKLE, extra=HELD))[0] / exact - 1.0 for n in (50, 100)]
         assert 0.0 < (4.0 * values[-1] - values[-2]) / 3.0 < 8e-3
 
 

@@ -105,7 +105,7 @@ def test_launcher_takes_a_python_with_h5py(tmp_path):
 
 @pytest.mark.skipif(not all(map(shutil.which, ("cpack", "dpkg-deb", "dpkg-shlibdeps"))), reason="no tools for Debian packages here")
 def test_debian_package(tmp_path):
-    made = subprocess.run(["cpack", "-G", "DEB", "-B", str(tmp_path / "made"), "--config", str(BUILD / "CPackConfig.cmake")],
+    made = subprocess.run(["cpack", "-G", "DEB", "-D", "CPACK_DEBIAN_COMPRESSION_TYPE=gzip", "-B", str(tmp_path / "made"), "--config", str(BUILD / "CPackConfig.cmake")],
                           capture_output=True, text=True, check=False)
     packages = list((tmp_path / "made").glob("*.deb"))
     assert made.returncode == 0 and len(packages) == 1, made.stdout + made.stderr
