@@ -3,7 +3,7 @@
 With run-time checks (UNILAT_CHECKED=1) the first and the last of a test's parameters: the others run the same code on other numbers,
 which the optimised build sees. Not where every parameter is another deck (EVERY_PARAMETER), and nothing that is marked
 `release_only`. Where each case is to run in one build only (UNILAT_CASES=once) the first one is that of the checked build, and all
-others are the optimised one's."""
+others are the optimised one's, as is all that is marked `once_in_release`."""
 import os
 import pathlib
 import shutil
@@ -18,6 +18,7 @@ IN_BOTH_BUILDS = os.environ.get("UNILAT_LABEL") == "deck"
 
 def pytest_configure(config):
     config.addinivalue_line("markers", "release_only: much of what smaller tests run, too long with run-time checks")
+    config.addinivalue_line("markers", "once_in_release: with run-time checks only where cases run in both builds")
 
 
 def skipped(item):
@@ -30,7 +31,7 @@ def checked_cases(items):
     tests = {}
     every = set()
     for item in items:
-        if skipped(item) or item.get_closest_marker("release_only"):
+        if skipped(item) or item.get_closest_marker("release_only") or (ONCE and item.get_closest_marker("once_in_release")):
             continue
         if getattr(item.module, "EVERY_PARAMETER", False):
             every.add(id(item))

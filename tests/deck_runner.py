@@ -27,6 +27,8 @@ from unilat.results import Results, read_results
 REFERENCE = pathlib.Path(__file__).parent / "reference"
 # Many runs, or large ones, of what smaller tests run too: the build with run-time checks would find nothing else in them.
 release_only = pytest.mark.release_only
+# Many decks for the numbers and events of what other tests run with these checks: where each case runs once, the other build does.
+once_in_release = pytest.mark.once_in_release
 
 
 @dataclass

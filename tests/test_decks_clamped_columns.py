@@ -14,6 +14,8 @@ import pytest
 
 import deck_runner as dr
 
+pytestmark = dr.once_in_release
+
 PCR = 4.0 * math.pi**2
 EA = 1e8
 DECK = """*HEADING

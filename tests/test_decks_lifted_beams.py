@@ -9,6 +9,8 @@ import pytest
 
 import deck_runner as dr
 
+pytestmark = dr.once_in_release
+
 WEIGHT = 0.05
 SMALL = 1e-6  # times all loads
 

@@ -12,6 +12,8 @@ import pytest
 
 import deck_runner as dr
 
+pytestmark = dr.once_in_release
+
 GAP, LOAD = 1e-4, 4.0
 BEAM = """*HEADING
 Clamped beam pressed on a floor, its nodes breakpoints for loads that do nothing

@@ -12,6 +12,8 @@ import pytest
 
 import deck_runner as dr
 
+pytestmark = dr.once_in_release
+
 COLUMN = """*HEADING
 Column whose node a dead load pulls off the wall
 *NODE

@@ -8,6 +8,8 @@ import pytest
 
 import deck_runner as dr
 
+pytestmark = dr.once_in_release
+
 LINER = """*HEADING
 Half liner with a gap, oval; its contact point leaves the axis of symmetry and comes back to it
 *NODE

@@ -10,6 +10,8 @@ import pytest
 
 import deck_runner as dr
 
+pytestmark = dr.once_in_release
+
 RISE = math.sqrt(math.pi) * math.gamma(0.75) / (2.0 * math.gamma(1.25))    # integral of sin^(1/2) over a right angle
 LENGTH = math.sqrt(math.pi) * math.gamma(0.25) / (2.0 * math.gamma(0.75))  # of sin^(-1/2)
 FLAT = 1.0 - 0.5 * math.pi * RISE / LENGTH                                  # flattening at which a plate is as curved as the ring

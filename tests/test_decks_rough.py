@@ -11,6 +11,8 @@ import pytest
 
 import deck_runner as dr
 
+pytestmark = dr.once_in_release
+
 COLUMN = """*HEADING
 Rough column beside walls
 *NODE
@@ -195,6 +197,7 @@ def assert_changes_are_told(run):
     assert not untold, f"{[(int(count[row - 1]), int(count[row])) for row in untold]} contacts before and at rows {untold}"
 
 
+@functools.cache
 def rough_liner(seed, scale=5e-4, elements=24):
     draw = random.Random(seed)
     amplitude = [scale * draw.uniform(-1, 1) / np.sqrt(1.0 + n) for n in range(8)]

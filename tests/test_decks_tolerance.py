@@ -16,6 +16,8 @@ import pytest
 
 import deck_runner as dr
 
+pytestmark = dr.once_in_release
+
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 RING_100 = 81.557427564661
 TOLERANCES = (1e-3, 1e-5, 1e-7, 1e-9)

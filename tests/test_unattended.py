@@ -16,7 +16,6 @@ import pytest
 
 import deck_runner as dr
 
-EVERY_PARAMETER = True
 REFUSED, ENDED = 5, 6
 # Ends after a million points, or when somebody ends it: minutes later.
 ENDLESS = dr.changed(dr.on_given_mesh("cantilever"), ("*CLOAD", "*CONTROLS, POINTS=1000000\n*CLOAD"), (", JOB=cantilever", ""))
@@ -88,6 +87,7 @@ def killed_run(folder, shim, at, mode):
     return int((folder / "count").read_text())
 
 
+@dr.release_only
 def test_killed_at_every_write(shim, folder):
     """The file is the one of the last flush to the bit, or the former one; the next run is not in the way of what is left."""
     assert run(folder, "--quiet", "short.inp")[0] == 0
