@@ -283,6 +283,7 @@ def test_a_branch_ends_where_it_meets_the_path_it_left(elements):
     assert sorted(branch.side for branch in run.results.branches.values()) == [-1, 1]
 
 
+@dr.once_in_release
 def test_several_ways_on_without_error_bars_end_no_run():
     """A branch of an arch under pressure comes to a floor at a load of nearly zero, where nothing has a bar and several contacts change at
     once. The run may end early there, but not by a memory fault."""
