@@ -55,7 +55,7 @@ contains
       integer, allocatable :: node(:)
       integer :: i
       total = reaction_sum(problem, state, system, m)
-      node = held_nodes(problem, m)
+      node = held_nodes(problem, system, m)
       total = total - sum([(held_contact_sum(problem, state, system, node(i), problem%deck%monitor(m)%component), i=1, size(node))])
    end function support_force_sum
 
@@ -68,15 +68,16 @@ contains
       integer, allocatable :: node(:)
       integer :: i
       number = new_reaction_functional(problem, state, system, m)
-      node = held_nodes(problem, m)
+      node = held_nodes(problem, system, m)
       do i = 1, size(node)
          call number%add(-1.0_wp, new_held_contact_functional(problem, state, system, node(i), problem%deck%monitor(m)%component))
       end do
    end function new_support_force_functional
 
-   !> Nodes of a reaction monitor on which obstacles may act and whose component in x or y a support holds.
-   pure function held_nodes(problem, m) result(node)
+   !> Nodes of a reaction monitor on which rigid obstacles act while a support holds the monitor's component, in x or y.
+   pure function held_nodes(problem, system, m) result(node)
       type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system     !! assembled
       integer, intent(in) :: m                 !! index into model%monitor of a reaction monitor
       integer, allocatable :: node(:)
       integer :: i
@@ -84,8 +85,10 @@ contains
          node = [(problem%mesh_node(monitor%node(i)), i=1, size(monitor%node))]
          if (monitor%component > 2) node = [integer ::]
          node = pack(node, node > 0)
-         node = pack(node, [(problem%model%fixed(monitor%component, node(i)) .and. any(problem%candidates%node == node(i)), &
-            & i=1, size(node))])
+         associate (n => problem%candidates%n)
+            node = pack(node, [(problem%model%fixed(monitor%component, node(i)) .and. any(problem%candidates%node(:n) == node(i) &
+               & .and. system%unknown(:n) > 0), i=1, size(node))])
+         end associate
       end associate
    end function held_nodes
 

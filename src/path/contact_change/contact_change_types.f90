@@ -41,6 +41,8 @@ module contact_change_types
       integer :: where = place_within
       integer :: which = 0                        !! index of the test that is zero; 0: none
       type(span_test_t), allocatable :: tests(:)  !! contact tests at the place of the change
+      logical :: too_coarse = .false. !! contact begins, and with nodes at the new contacts another gap is closed already: the mesh
+      !! does not show which contact begins first
       type(span_test_t), allocatable :: as_low(:) !! other local minima of the gaps that close there, see gaps_as_low
       character(2) :: label = '  '                !! contact gained (C+) or lost (C-), empty if neither
       logical :: divides = .false.                !! a part of the lost contact remains on both sides

@@ -159,6 +159,10 @@ contains
       type(tried_set_t), allocatable :: way(:)        ! other sets with which the path may go on
       type(span_test_t), allocatable :: zero(:)
       logical :: found, vanishes, asked
+      if (change%too_coarse) then
+         call request_resolving_mesh(problem, run, tries, request, asked)
+         if (asked) return
+      end if
       change%label = label_of(problem, change%tests(change%which))
       zero = [change%tests(change%which), change%as_low, zero_too(change%tests, change%which, &
          & interval%after%value < interval%before%value)]
@@ -173,11 +177,6 @@ contains
          call try_sets(problem, step, run, change%point, first, next, found, zero, interval%to%state)
       end if
       if (.not. found) call try_sets(problem, step, run, change%point, first, next, found, zero)
-      if (.not. found .and. zero(1)%kind == test_gap) then
-         ! The mesh may be too coarse to show which contact begins first: gaps between nodes are less accurate than nodes.
-         call request_resolving_mesh(problem, run, tries, request, asked)
-         if (asked) return
-      end if
       if (found .and. change%label == '  ') then
          change%label = first%label
          change%divides = first%divides

@@ -5,7 +5,7 @@ module beginning_place
    use problem, only: problem_t
    use state_transfer, only: find_point
    use span_regions, only: beginning_region
-   use test_kinds, only: span_test_t, test_gap
+   use test_kinds, only: span_test_t, any_fails, test_gap
    use span_tests, only: run_span_tests, gaps_as_low
    use contact_change_types, only: step_interval_t, change_t
    use simultaneous_tests, only: beginning_together
@@ -56,13 +56,15 @@ contains
       type(path_point_t) :: better
       type(control_t) :: control
       type(increment_t) :: anew
-      type(span_test_t), allocatable :: begun(:)
+      type(span_test_t), allocatable :: begun(:), there(:)
       integer, allocatable :: begins(:)
       logical :: found
       begins = beginning_together(problem, change%tests, change%which, interval%after%value < interval%before%value)
       begun = [change%as_low, change%tests(begins)]
       call begin_contacts(problem, change%point%state, begun, run%spans_begun, touched, found)
       if (.not. found) return
+      there = run_span_tests(touched%problem, touched%state, interval%scale)
+      change%too_coarse = any_fails(pack(there, there%kind == test_gap))
       control%method = method_load
       control%increment = touched%state%load_factor - change%point%state%load_factor
       control%whole = change%point%state%load_factor
