@@ -43,7 +43,7 @@ module contact_change_types
       type(span_test_t), allocatable :: tests(:)  !! contact tests at the place of the change
       logical :: too_coarse = .false. !! contact begins, and with nodes at the new contacts another gap is closed already: the mesh
       !! does not show which contact begins first
-      type(span_test_t), allocatable :: as_low(:) !! other local minima of the gaps that close there, see gaps_as_low
+      type(span_test_t), allocatable :: zero(:) !! the tests that are zero there, the located one first, see zero_tests
       character(2) :: label = '  '                !! contact gained (C+) or lost (C-), empty if neither
       logical :: divides = .false.                !! a part of the lost contact remains on both sides
       real(wp), allocatable :: since !! load factor at which the force of the test was zero, before the run's point: it has lifted

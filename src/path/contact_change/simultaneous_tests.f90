@@ -6,28 +6,31 @@ module simultaneous_tests
    use test_kinds, only: span_test_t, test_gap, test_force, test_slack, well_below
    implicit none
    private
-   public :: beginning_together, coming_next, zero_too
+   public :: zero_tests, coming_next
 
 contains
 
-   !> Indices of gaps that close at the same point of the path, for instance those of mirror images: the gap of the test comes last.
-   pure function beginning_together(problem, tests, which, falling) result(begins)
+   !> Tests that are zero at one point of the path: the known ones and others. Of gaps that belong to one contact there is one.
+   pure function zero_tests(problem, tests, which, falling, known) result(zero)
       type(problem_t), intent(in) :: problem
-      type(span_test_t), intent(in) :: tests(:)
-      integer, intent(in) :: which
-      logical, intent(in) :: falling(:)            !! (tests)
-      integer, allocatable :: begins(:)
-      logical :: closed(size(tests))
+      type(span_test_t), intent(in) :: tests(:)    !! all tests at the point
+      integer, intent(in) :: which                 !! index of the located test
+      logical, intent(in) :: falling(:)            !! (tests) the test decreases along the path
+      type(span_test_t), intent(in) :: known(:)    !! the located test first
+      type(span_test_t), allocatable :: zero(:), other(:)
+      logical :: too(size(tests))
       integer :: k, i
-      begins = [which]
-      closed = tests%kind == test_gap .and. falling .and. at_zero(tests, which)
-      closed(which) = .false.
-      do k = 1, size(tests)
-         if (.not. closed(k)) cycle
-         if (any([(one_contact(problem, tests(begins(i)), tests(k)), i=1, size(begins))])) cycle
-         begins = [k, begins]
+      zero = known
+      too = falling .and. at_zero(tests, which)
+      too(which) = .false.
+      other = pack(tests, too)
+      do k = 1, size(other)
+         if (other(k)%kind == test_gap) then
+            if (any([(one_contact(problem, zero(i), other(k)), i=1, size(zero))])) cycle
+         end if
+         zero = [zero, other(k)]
       end do
-   end function beginning_together
+   end function zero_tests
 
    !> Tests that become zero soon after a located change, because another contact begins or ends there.
    pure function coming_next(tests, which, fall, reach) result(next)
@@ -41,16 +44,17 @@ contains
          & .not. at_zero(tests, which) .and. tests%value <= reach * fall)
    end function coming_next
 
-   !> True if two gap tests belong to one contact: both gaps close at the same place, or at the same segment boundary from its two
-   !> sides.
+   !> True if a test and a gap test belong to one contact: both are gaps of one free span, or close at the same place, or at the
+   !> same segment boundary from its two sides.
    pure logical function one_contact(problem, a, b)
       type(problem_t), intent(in) :: problem
-      type(span_test_t), intent(in) :: a, b
+      type(span_test_t), intent(in) :: a           !! any test
+      type(span_test_t), intent(in) :: b           !! a gap test
       integer :: i, j
       one_contact = .false.
-      if (a%contact /= b%contact) return
-      one_contact = a%rod_segment == b%rod_segment .and. abs(a%at - b%at) <= initial_share * &
-         & problem%layout%rod_segment(a%rod_segment)%length
+      if (a%kind /= test_gap .or. a%contact /= b%contact) return
+      one_contact = all(a%element == b%element) .or. (a%rod_segment == b%rod_segment .and. abs(a%at - b%at) <= initial_share * &
+         & problem%layout%rod_segment(a%rod_segment)%length)
       associate (first => problem%layout%rod_segment(a%rod_segment), second => problem%layout%rod_segment(b%rod_segment))
          do i = 1, 2
             do j = 1, 2
@@ -61,18 +65,6 @@ contains
          end do
       end associate
    end function one_contact
-
-   !> Other tests that are zero at the same point of the path as the located one.
-   pure function zero_too(tests, which, falling) result(others)
-      type(span_test_t), intent(in) :: tests(:)
-      integer, intent(in) :: which
-      logical, intent(in) :: falling(:)            !! (tests) the test decreases along the path
-      type(span_test_t), allocatable :: others(:)
-      logical :: zero(size(tests))
-      zero = falling .and. at_zero(tests, which)
-      zero(which) = .false.
-      others = pack(tests, zero)
-   end function zero_too
 
    !> (tests) true: the test is zero at the same point of the path as the located one. The located test is accurate to its own value
    !> there, the others to a few times this value.

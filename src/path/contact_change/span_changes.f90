@@ -21,7 +21,7 @@ module span_changes
    use other_set, only: other_set_t
    use span_events, only: find_change
    use minima_of_tests, only: check_between
-   use simultaneous_tests, only: coming_next, zero_too
+   use simultaneous_tests, only: coming_next
    use span_candidates, only: present_contact_spans
    use beginning_place, only: on_other_obstacle
    use entering_contact_set, only: go_to_next, on_next_mesh
@@ -157,26 +157,23 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(other_set_t) :: first, next, without
       type(tried_set_t), allocatable :: way(:)        ! other sets with which the path may go on
-      type(span_test_t), allocatable :: zero(:)
       logical :: found, vanishes, asked
       if (change%too_coarse) then
          call request_resolving_mesh(problem, run, tries, request, asked)
          if (asked) return
       end if
       change%label = label_of(problem, change%tests(change%which))
-      zero = [change%tests(change%which), change%as_low, zero_too(change%tests, change%which, &
-         & interval%after%value < interval%before%value)]
       if (change%label == '  ') then
          ! Where a free span vanishes other tests fail because of it.
-         call close_at(problem, step, run, change%point, interval, [pack(zero, zero%kind == test_vanishing), &
+         call close_at(problem, step, run, change%point, interval, [pack(change%zero, change%zero%kind == test_vanishing), &
             & about_to_close(problem, interval, .true.)], recorder, request, finished, outcome)
          if (request%set_changed .or. request%shorter) return
       end if
       found = .false.
       if (.not. (interval%stuck .or. change%where == place_ahead)) then
-         call try_sets(problem, step, run, change%point, first, next, found, zero, interval%to%state)
+         call try_sets(problem, step, run, change%point, first, next, found, change%zero, interval%to%state)
       end if
-      if (.not. found) call try_sets(problem, step, run, change%point, first, next, found, zero)
+      if (.not. found) call try_sets(problem, step, run, change%point, first, next, found, change%zero)
       if (found .and. change%label == '  ') then
          change%label = first%label
          change%divides = first%divides
@@ -190,7 +187,7 @@ contains
          call request_mesh_at_onset(problem, step, run, without, tries, outcome, request)
          if (request%repeats_increment()) return
       end if
-      if (found) call other_ways(problem, step, run, change%point, zero, first, way)
+      if (found) call other_ways(problem, step, run, change%point, change%zero, first, way)
       call record_change(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
       if (.not. request%set_changed .or. finished .or. allocated(outcome%why)) return
       if (found) call keep_other_ways(problem, run, change, way, recorder, outcome)
@@ -264,7 +261,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(change_t), intent(in) :: change
       character(:), allocatable :: why
-      associate (test => change%tests(change%which))
+      associate (test => change%zero(1))
          why = trim(test_words(test%kind))
          if (test%kind /= test_gap) return
          if (on_other_obstacle(present_contact_spans(problem, change%point%state), test)) why = 'no contact set leads on from '// &

@@ -7,6 +7,8 @@ module span_events
    use test_kinds, only: any_crosses, crosses, another_fails, test_slack, test_gap, test_curvature, test_vanishing
    use contact_change_types, only: step_interval_t, change_t, change_none, change_missed, change_located, place_here
    use span_location, only: locate_test_zero, locate_osculation
+   use span_tests, only: gaps_as_low
+   use simultaneous_tests, only: zero_tests
    use beginning_place, only: complete_beginning
    use reachability, only: turns, reach_of
    use path_state, only: path_state_t
@@ -24,7 +26,12 @@ contains
       type(step_interval_t), intent(inout) :: interval      !! shortened if a change is located before others
       type(change_t), intent(out) :: change
       call find_first(problem, step, run, interval, change)
-      if (change%kind == change_located) call complete_beginning(problem, step, run, interval, change)
+      if (change%kind /= change_located) return
+      change%zero = [change%tests(change%which)]
+      if (change%zero(1)%kind == test_gap) change%zero = [change%zero, gaps_as_low(problem, change%point%state, change%tests, &
+         & change%which)]
+      change%zero = zero_tests(problem, change%tests, change%which, interval%after%value < interval%before%value, change%zero)
+      if (change%zero(1)%kind == test_gap) call complete_beginning(problem, step, run, interval, change)
    end subroutine find_change
 
    !> Finds the first contact change and its place. If another test fails at the place of a located change, the zero of the failing

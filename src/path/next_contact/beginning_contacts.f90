@@ -21,7 +21,7 @@ module beginning_contacts
 contains
 
    !> Adds a point contact at the place of each gap of a free span that is zero, and finds the equilibrium in which the force of the
-   !> last one is zero.
+   !> first one is zero.
    subroutine begin_contacts(problem, state, begins, last, next, found)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! of `problem`, at the zero of the gaps
@@ -36,7 +36,7 @@ contains
             & at=spread(beginning_place(problem, begins(k)), 1, 2))
       end do
       next = new_other_set(problem, state, numbered([present_contact_spans(problem, state), new], last))
-      call release(next, last + size(begins), found)
+      call release(next, last + 1, found)
       if (.not. found) return
       do k = 1, size(begins)
          c = candidate_of(next%problem, last + k)

@@ -6,9 +6,10 @@ module beginning_place
    use state_transfer, only: find_point
    use span_regions, only: beginning_region
    use test_kinds, only: span_test_t, any_fails, test_gap
-   use span_tests, only: run_span_tests, gaps_as_low
+   use span_tests, only: run_span_tests
    use contact_change_types, only: step_interval_t, change_t
-   use simultaneous_tests, only: beginning_together
+   use simultaneous_tests, only: zero_tests
+   use free_span_gap, only: gap_at
    use contact_spans, only: contact_span_t
    use span_candidates, only: present_contact_spans
    use beginning_contacts, only: begin_contacts
@@ -31,14 +32,11 @@ contains
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(step_interval_t), intent(in) :: interval
-      type(change_t), intent(inout) :: change    !! in: of kind change_located
+      type(change_t), intent(inout) :: change    !! in: of kind change_located, its first zero test is a gap
       real(wp) :: tau
-      allocate (change%as_low(0))
-      if (change%tests(change%which)%kind /= test_gap) return
-      change%as_low = gaps_as_low(problem, change%point%state, change%tests, change%which)
-      if (.not. on_other_obstacle(present_contact_spans(problem, change%point%state), change%tests(change%which))) &
+      if (.not. on_other_obstacle(present_contact_spans(problem, change%point%state), change%zero(1))) &
          & call begin_sharply(problem, step, run, interval, change)
-      associate (test => change%tests(change%which))
+      associate (test => change%zero(1))
          run%onset%region = beginning_region(problem, change%point%state, test%contact, test%rod_segment, test%at)
          call find_point(problem, change%point%state, test%rod_segment, test%at, run%onset%element, tau)
       end associate
@@ -57,10 +55,9 @@ contains
       type(control_t) :: control
       type(increment_t) :: anew
       type(span_test_t), allocatable :: begun(:), there(:)
-      integer, allocatable :: begins(:)
       logical :: found
-      begins = beginning_together(problem, change%tests, change%which, interval%after%value < interval%before%value)
-      begun = [change%as_low, change%tests(begins)]
+      integer :: k
+      begun = pack(change%zero, change%zero%kind == test_gap)
       call begin_contacts(problem, change%point%state, begun, run%spans_begun, touched, found)
       if (.not. found) return
       there = run_span_tests(touched%problem, touched%state, interval%scale)
@@ -80,11 +77,12 @@ contains
       change%report%iterations = change%report%iterations + anew%iterations
       change%report%residual = anew%residual
       change%tests = run_span_tests(problem, better%state, interval%scale)
-      change%as_low = begun(:size(change%as_low))
-      change%as_low%value = change%tests(change%which)%value
-      change%tests(begins)%at = begun(size(change%as_low) + 1:)%at
-      call bars_at_contact_start(problem, step, run, better, touched%problem, touched%path_point_t, run%spans_begun + &
-         & size(begun), change%bars)
+      do k = 1, size(begun)
+         begun(k)%value = gap_at(problem, better%state, begun(k)%contact, begun(k)%rod_segment, begun(k)%at) / problem%size
+      end do
+      change%zero = zero_tests(problem, change%tests, change%which, interval%after%value < interval%before%value, begun)
+      call bars_at_contact_start(problem, step, run, better, touched%problem, touched%path_point_t, run%spans_begun + 1, &
+         & change%bars)
    end subroutine begin_sharply
 
    !> True if the place of a gap is on a line contact with another obstacle.
