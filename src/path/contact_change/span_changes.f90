@@ -12,6 +12,7 @@ module span_changes
    use model, only: step_t, method_load
    use text, only: to_text
    use problem, only: problem_t, copy_problem
+   use rod_state, only: state_t
    use test_kinds, only: span_test_t, any_may_fail, test_words, test_gap, test_force, test_boundary_span, test_length, &
       & test_vanishing
    use reachability, only: turns
@@ -157,6 +158,7 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(other_set_t) :: first, next, without
       type(tried_set_t), allocatable :: way(:)        ! other sets with which the path may go on
+      type(state_t), allocatable :: beyond            ! equilibrium of the present set beyond the change, if there is one
       logical :: found, vanishes, asked
       if (change%too_coarse) then
          call request_resolving_mesh(problem, run, tries, request, asked)
@@ -169,11 +171,8 @@ contains
             & about_to_close(problem, interval, .true.)], recorder, request, finished, outcome)
          if (request%set_changed .or. request%shorter) return
       end if
-      found = .false.
-      if (.not. (interval%stuck .or. change%where == place_ahead)) then
-         call try_sets(problem, step, run, change%point, first, next, found, change%zero, interval%to%state)
-      end if
-      if (.not. found) call try_sets(problem, step, run, change%point, first, next, found, change%zero)
+      if (.not. (interval%stuck .or. change%where == place_ahead)) beyond = interval%to%state
+      call try_sets(problem, step, run, change%point, first, next, found, change%zero, beyond)
       if (found .and. change%label == '  ') then
          change%label = first%label
          change%divides = first%divides

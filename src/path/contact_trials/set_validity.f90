@@ -146,11 +146,7 @@ contains
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here
       type(tried_set_t), intent(inout) :: trial       !! in: set with its equilibrium, its edits and whether it is sized
-      type(other_set_t) :: there
-      type(span_test_t), allocatable :: tests(:)
-      real(wp) :: least, before                   ! least value of the tests at the last point and at the set's first equilibrium
-      real(wp) :: distance, onset                 ! from the first equilibrium to the last point, and to where the tests hold
-      integer :: k, sense
+      integer :: sense
       logical :: decides                          ! the tests decide at the equilibrium
       decides = trial%sized .and. trial%edits == 1
       trial%valid = .false.
@@ -163,56 +159,77 @@ contains
             if (.not. goes_on_smoothly(here, set)) return
          end if
          if (load_goes_on(here) .and. set%tangent%load * here%tangent%load < 0.0_wp) call reverse(set%tangent)
-         call copy_other_set(set, there)
          do sense = 1, merge(1, 2, decides .or. .not. here%kink .or. load_goes_on(here))
             if (sense == 2) call reverse(set%tangent)
             trial%turns = sense == 2
-            tests = tests_of(set)
-            least = worst(tests)
-            before = least
-            onset = 0.0_wp
-            if (decides .and. .not. any_fails(tests) .and. gaps_are_open(here, trial, set, tests)) then
-               if (.not. on_path(run, here, set)) cycle
-               trial%valid = .true.
-               trial%passes_limit = here%at_change .and. .not. here%kink .and. set%tangent%load * here%tangent%load < 0.0_wp
-               trial%there = set%path_point_t
-               if (.not. here%at_change) call begin_at_onset(step, run, here, trial)
-               return
-            end if
-            do k = 1, size(step_ahead)
-               there%system = set%system
-               distance = max(step_ahead(k), onset)
-               call step_by(set, set%tangent, distance, there%state, there%system, tests)
-               if (.not. allocated(tests)) exit
-               if (decides) then
-                  if (.not. (any_fails(tests) .or. gaps_are_open(here, trial, there, tests))) exit
-               end if
-               if (.not. any_fails(tests)) then
-                  ! Where no change is located, a node of contact at nodes that pulls or penetrates may hold further along the path:
-                  ! the next longer step is tried.
-                  if (.not. (here%at_change .or. contact_holds(there%problem, there%state, there%system))) cycle
-                  if (.not. complement_grows(here, trial, there)) exit
-                  if (.not. on_path(run, here, there)) exit
-                  there%tangent = tangent_along(there, set%tangent%u, set%tangent%load)
-                  trial%valid = .true.
-                  trial%there = there%path_point_t
-                  if (here%at_change) return
-                  set%path_point_t = there%path_point_t
-                  call begin_at_onset(step, run, here, trial)
-                  return
-               end if
-               if (.not. allocated(trial%fails)) then
-                  trial%fails = failing(tests)
-                  trial%fails_at = there%state
-               end if
-               if (worst(tests) <= least) exit
-               ! The set without a closing span may begin far ahead: its tests rise linearly.
-               if (here%vanishes) onset = beyond_zero * distance * before / (before - worst(tests))
-               least = worst(tests)
-            end do
+            if (decides) call verify_at_equilibrium(here, trial)
+            if (.not. trial%valid) call verify_onward(run, here, decides, trial)
+            if (trial%valid) exit
          end do
+         if (trial%valid .and. .not. here%at_change) call begin_at_onset(step, run, here, trial)
       end associate
    end subroutine verify
+
+   !> Makes a set valid if its tests hold at its equilibrium.
+   subroutine verify_at_equilibrium(here, trial)
+      type(change_place_t), intent(in) :: here
+      type(tried_set_t), intent(inout) :: trial
+      type(span_test_t), allocatable :: tests(:)
+      tests = tests_of(trial%set)
+      trial%valid = .not. any_fails(tests)
+      if (trial%valid) trial%valid = gaps_are_open(here, trial, trial%set, tests)
+      if (.not. trial%valid) return
+      trial%passes_limit = here%at_change .and. .not. here%kink .and. trial%set%tangent%load * here%tangent%load < 0.0_wp
+      trial%there = trial%set%path_point_t
+   end subroutine verify_at_equilibrium
+
+   !> Makes a set valid if its tests hold a step along its path, and notes the tests that fail at the first step.
+   subroutine verify_onward(run, here, decides, trial)
+      type(path_state_t), intent(in) :: run
+      type(change_place_t), intent(in) :: here
+      logical, intent(in) :: decides              !! the tests decide at the equilibrium
+      type(tried_set_t), intent(inout) :: trial   !! with its path tangent
+      type(other_set_t) :: there
+      type(span_test_t), allocatable :: tests(:)
+      real(wp) :: least, before                   ! least value of the tests at the last point and at the set's first equilibrium
+      real(wp) :: distance, onset                 ! from the first equilibrium to the last point, and to where the tests hold
+      integer :: k
+      associate (set => trial%set)
+         call copy_other_set(set, there)
+         before = worst(tests_of(set))
+         least = before
+         onset = 0.0_wp
+         do k = 1, size(step_ahead)
+            there%system = set%system
+            distance = max(step_ahead(k), onset)
+            call step_by(set, set%tangent, distance, there%state, there%system, tests)
+            if (.not. allocated(tests)) return
+            if (.not. any_fails(tests)) then
+               if (decides) then
+                  if (.not. gaps_are_open(here, trial, there, tests)) return
+               end if
+               ! Where no change is located, a node of contact at nodes that pulls or penetrates may hold further along the path:
+               ! the next longer step is tried.
+               if (.not. (here%at_change .or. contact_holds(there%problem, there%state, there%system))) cycle
+               trial%valid = complement_grows(here, trial, there)
+               if (trial%valid) trial%valid = on_path(run, here, there)
+               if (.not. trial%valid) return
+               there%tangent = tangent_along(there, set%tangent%u, set%tangent%load)
+               trial%there = there%path_point_t
+               if (.not. here%at_change) set%path_point_t = there%path_point_t
+               return
+            end if
+            if (.not. allocated(trial%fails)) then
+               trial%fails = failing(tests)
+               trial%fails_at = there%state
+            end if
+            if (worst(tests) <= least) return
+            ! The set without a closing span may begin far ahead: its tests rise linearly.
+            if (here%vanishes) onset = beyond_zero * distance * before / (before - worst(tests))
+            least = worst(tests)
+         end do
+      end associate
+   end subroutine verify_onward
 
    !> True if the load goes on as before behind the change: a gap closes in a structure that is stable with this contact open.
    pure logical function load_goes_on(here)
