@@ -32,7 +32,7 @@ module span_changes
    use vanished_length, only: find_vanished
    use contact_trials, only: try_sets
    use contact_ways, only: other_ways
-   use set_validity, only: tried_set_t
+   use tried_sets, only: tried_set_t
    use event_recording, only: new_critical, announce
    use critical_points, only: way_t
    use path_point, only: path_point_t, evaluate_span_tests

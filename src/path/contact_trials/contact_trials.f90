@@ -23,12 +23,12 @@ module contact_trials
    use neighbours, only: edit_place_t, neighbour_t, neighbours_at, edit_merge, closes, no_test
    use edit_places, only: places_of_tests, places_of_contacts
    use set_trial, only: solve_neighbour
-   use set_validity, only: change_place_t, new_change_place, tried_set_t, copy_trial, is_near, verify, load_changes, &
-      & is_far_enough, step_ahead
+   use tried_sets, only: change_place_t, new_change_place, tried_set_t, copy_trial, append
+   use set_validity, only: is_near, verify, load_changes, is_far_enough, step_ahead
    use step_off, only: step_by, failing, tangent_along
    implicit none
    private
-   public :: try_sets, neighbours_of, same_kind, append
+   public :: try_sets, neighbours_of, same_kind
 
    ! Half and twice each of these values change no run of a sample of the tests, except for most_edits.
    ! Lengths as shares of the length of the rod strip, a sequence of rod segments (rod_strips):
@@ -390,17 +390,4 @@ contains
       best = findloc(distance <= (1.0_wp + step_ahead(1)) * minval(distance), .true., 1)
    end function first_to_begin
 
-   !> Appends a set to a list.
-   subroutine append(all, new)
-      type(tried_set_t), allocatable, intent(inout) :: all(:)
-      type(tried_set_t), intent(in) :: new
-      type(tried_set_t), allocatable :: longer(:)
-      integer :: k
-      allocate (longer(size(all) + 1))
-      do k = 1, size(all)
-         call copy_trial(all(k), longer(k))
-      end do
-      call copy_trial(new, longer(size(longer)))
-      call move_alloc(longer, all)
-   end subroutine append
 end module contact_trials

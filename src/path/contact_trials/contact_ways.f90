@@ -17,8 +17,9 @@ module contact_ways
    use neighbours, only: edit_place_t, neighbour_t, edit_add, edit_remove
    use edit_places, only: places_of_tests
    use set_trial, only: solve_neighbour
-   use set_validity, only: change_place_t, new_change_place, tried_set_t, is_near, verify
-   use contact_trials, only: neighbours_of, same_kind, append
+   use tried_sets, only: change_place_t, new_change_place, tried_set_t, append
+   use set_validity, only: is_near, verify
+   use contact_trials, only: neighbours_of, same_kind
    implicit none
    private
    public :: other_ways

@@ -22,7 +22,7 @@ module set_trial
    use rod_strips, only: strip_t, on_segments, strip_place, brought_near
    use beginning_contacts, only: release
    use neighbours, only: neighbour_t, edit_add
-   use set_validity, only: change_place_t
+   use tried_sets, only: change_place_t
    implicit none
    private
    public :: solve_neighbour

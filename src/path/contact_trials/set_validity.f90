@@ -15,33 +15,26 @@
 !> grows as long as the failing tests rise, because on another mesh a set may become valid a little later.
 module set_validity
    use kinds, only: wp
-   use model, only: step_t, method_displacement
+   use model, only: step_t
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t
-   use contact_spans, only: contact_span_t, initial_share
-   use rod_strips, only: strip_t, find_strips, strip_place, brought_near
-   use span_candidates, only: present_contact_spans
-   use free_span_gap, only: gap_at
-   use span_forces, only: end_force
-   use beginning_contacts, only: candidate_of
-   use neighbours, only: edit_add, edit_remove, edit_part, edit_open, edit_end_off, edit_rise
+   use neighbours, only: edit_part, edit_open, edit_end_off, edit_rise
+   use tried_sets, only: change_place_t, tried_set_t
+   use complement_growth, only: complement_grows
    use state_transfer, only: carried, carried_field
    use path_control, only: displacement_between, path_length
    use converged_state, only: contact_holds
-   use path_point, only: path_point_t
    use path_continuity, only: path_tangent_t
    use path_state, only: path_state_t
    use step_control, only: largest_growth, least_part
-   use test_kinds, only: span_test_t, any_fails, test_slack, test_gap, test_force, test_curvature, test_pressure, &
-      & test_vanishing, test_couple
+   use test_kinds, only: span_test_t, any_fails, test_slack, test_gap, test_force, test_pressure, test_vanishing, test_couple
    use other_set, only: other_set_t, copy_other_set, tests_of
    use reachability, only: leads_to_next, within_reach
    use set_onset, only: find_onset
    use step_off, only: tangent_along, along, step_by, failing
    implicit none
    private
-   public :: change_place_t, new_change_place, tried_set_t, copy_trial, is_near, verify, load_changes, &
-      & is_far_enough, step_ahead
+   public :: is_near, verify, load_changes, is_far_enough, step_ahead
 
    ! Half and twice each of these values change no run of a sample of the tests; only with twice `farthest` one takes a set of
    ! another path.
@@ -56,63 +49,7 @@ module set_validity
    !! a tenth farther they are positive
    real(wp), parameter :: like_increment = 0.9_wp !! part of an increment from which another whole one converges
 
-   !> The run's point, from which another contact set is sought.
-   type, extends(other_set_t) :: change_place_t
-      real(wp) :: least_load = 0.0_wp             !! least reference value for changes of the load factor
-      real(wp) :: travelled = 0.0_wp              !! length of the path behind this point, as a displacement: a structure may be
-      !! back where it was
-      logical :: at_change = .false.              !! true: the change is located at this point
-      logical :: vanishes = .false.               !! true: a free span is about to vanish just ahead
-      logical :: closed = .false.                 !! true: the gaps of these spans are rounding
-      logical :: kink = .true.                    !! false: the path is smooth at the located change
-      logical :: pivots_are_reliable = .true.             !! false: the stiffness of the present set is singular here
-      type(span_test_t), allocatable :: zero(:)   !! tests that are zero at the located change, the located one first
-      integer :: spans_begun = 0                  !! last number given to a contact span
-      type(state_t), allocatable :: beyond        !! equilibrium of the present set beyond the change, where a test fails
-   end type change_place_t
-
-   !> A contact set that is tried, with an equilibrium.
-   type :: tried_set_t
-      type(other_set_t) :: set  !! its first equilibrium, in which a new contact or free span has a prescribed
-      !! length; the path tangent points onward
-      real(wp) :: edited_at = 0.0_wp              !! load factor of the equilibrium whose set was edited
-      logical :: sized = .false.                  !! true: a length is prescribed
-      integer :: edits = 0                        !! edits by which the set differs from the present one
-      integer :: edit = 0                         !! the first of these edits (neighbours)
-      integer :: length = 1                       !! index of the prescribed length
-      logical :: valid = .false.
-      logical :: turns = .false.                  !! valid: the path turns back with this set
-      logical :: passes_limit = .false.           !! valid: a limit point lies between the change and the first equilibrium
-      type(path_point_t) :: there                 !! valid: equilibrium at which the tests are satisfied, a short step further
-      type(span_test_t), allocatable :: fails(:)  !! not valid: the tests that fail
-      type(state_t) :: fails_at                   !! and the state at which they fail
-   end type tried_set_t
-
 contains
-
-   !> The run's point as the place of a change of contact.
-   function new_change_place(problem, step, run, point, zero, beyond) result(here)
-      type(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step            !! its first increment is a scale of load changes
-      type(path_state_t), intent(in) :: run
-      type(path_point_t), intent(in) :: point
-      type(span_test_t), intent(in), optional :: zero(:) !! tests that are zero at the run's point, if the change is located there
-      type(state_t), intent(in), optional :: beyond !! equilibrium further along the path
-      type(change_place_t) :: here
-      here%problem = problem
-      here%path_point_t = point
-      here%least_load = abs(run%last_load)
-      if (step%method /= method_displacement) here%least_load = max(here%least_load, abs(step%increment))
-      here%travelled = run%arc_length * problem%size
-      here%at_change = present(zero)
-      here%spans_begun = run%spans_begun
-      if (present(beyond)) here%beyond = beyond
-      if (.not. here%at_change) return
-      here%zero = zero
-      here%kink = any(zero(1)%kind == [test_gap, test_force, test_vanishing, test_couple])
-      ! The place of an osculating contact is undetermined.
-      here%pivots_are_reliable = zero(1)%kind /= test_curvature
-   end function new_change_place
 
    !> True if an equilibrium is near enough to be on the same path, by displacements and load factor: to the run's point, or to the
    !> equilibrium of the present set beyond the change.
@@ -292,76 +229,6 @@ contains
          & here%least_load
    end function on_path
 
-   !> True unless a contact that has begun is pulled, or the gap of an open one closes: gap and contact force are complementary, so
-   !> where one of them is zero the other one grows in the right sense. Several of them may be zero at once; the gaps of those that
-   !> stay open grow, too. All are measured from the set's first equilibrium: there they differ from zero because it is solved on
-   !> another mesh than the present set, and the error of a gap inside an element exceeds its change over the step.
-   logical function complement_grows(here, trial, there) result(grows)
-      type(change_place_t), intent(in) :: here
-      type(tried_set_t), intent(in) :: trial
-      type(other_set_t), intent(in) :: there  !! the set, at another point of its path
-      type(contact_span_t), allocatable :: before(:)
-      integer :: k, number                    ! number of the contact span at a place, 0: the gap is open there
-      grows = .true.
-      if (.not. here%at_change .or. trial%edits > 1) return
-      before = present_contact_spans(here%problem, here%state)
-      do k = 1, size(here%zero)
-         associate (zero => here%zero(k))
-            if (zero%kind == test_gap .and. trial%edit == edit_add) then
-               number = contact_at(trial%set, here%spans_begun, zero)
-               if (number == 0) grows = grows .and. gap_grows(zero%contact, zero%rod_segment, zero%at)
-            else if (zero%kind == test_force .and. trial%edit == edit_remove) then
-               associate (former => before(zero%contact_span))
-                  number = merge(former%number, 0, any(trial%set%problem%contact_span%number == former%number))
-                  if (number == 0) grows = grows .and. gap_grows(former%contact, former%rod_segment, former%at(1))
-               end associate
-            else
-               cycle
-            end if
-            if (number > 0) grows = grows .and. force_grows(candidate_of(trial%set%problem, number))
-         end associate
-      end do
-
-   contains
-
-      !> True if the force of a point contact grows.
-      logical function force_grows(c)
-         integer, intent(in) :: c                !! candidate; 0: another contact holds the breakpoint, too
-         force_grows = c == 0
-         if (c > 0) force_grows = end_force(there%problem, there%state, c) > end_force(there%problem, trial%set%state, c)
-      end function force_grows
-
-      !> True if the gap grows at a place of the rod.
-      logical function gap_grows(contact, rod_segment, at)
-         integer, intent(in) :: contact, rod_segment
-         real(wp), intent(in) :: at              !! coordinate along the rod segment
-         gap_grows = gap_at(there%problem, there%state, contact, rod_segment, at) > gap_at(there%problem, trial%set%state, &
-            & contact, rod_segment, at)
-      end function gap_grows
-   end function complement_grows
-
-   !> Number of the contact span that has begun at the place of a gap, 0: none.
-   integer function contact_at(set, begun, gap) result(number)
-      type(other_set_t), intent(in) :: set
-      integer, intent(in) :: begun               !! last number given before
-      type(span_test_t), intent(in) :: gap
-      type(strip_t), allocatable :: strip(:)
-      type(contact_span_t), allocatable :: now(:)
-      real(wp) :: place, along, near(1)
-      integer :: k, on, other
-      number = 0
-      strip = find_strips(set%problem%layout)
-      call strip_place(strip, gap%rod_segment, gap%at, on, place)
-      now = present_contact_spans(set%problem, set%state)
-      do k = 1, size(now)
-         if (now(k)%number <= begun .or. now(k)%contact /= gap%contact) cycle
-         call strip_place(strip, now(k)%rod_segment, now(k)%at(1), other, along)
-         if (other /= on) cycle
-         near = brought_near(strip(on), [along], place)
-         if (abs(near(1) - place) <= initial_share * strip(on)%length()) number = now(k)%number
-      end do
-   end function contact_at
-
    !> True if a set with a new contact or free span of a prescribed length continues the path at a located change smoothly: its
    !> equilibrium lies ahead, and no eigenvalue has changed its sign.
    logical function goes_on_smoothly(here, next) result(smoothly)
@@ -419,22 +286,4 @@ contains
       worst = minval([0.0_wp, tests%value / max(test_slack(tests%kind), epsilon(worst))])
    end function worst
 
-   !> Copies a trial; a procedure for the reason given at copy_problem.
-   subroutine copy_trial(from, to)
-      type(tried_set_t), intent(in) :: from
-      type(tried_set_t), intent(inout) :: to
-      call copy_other_set(from%set, to%set)
-      to%edited_at = from%edited_at
-      to%sized = from%sized
-      to%edits = from%edits
-      to%edit = from%edit
-      to%length = from%length
-      to%valid = from%valid
-      to%turns = from%turns
-      to%passes_limit = from%passes_limit
-      to%there = from%there
-      if (allocated(to%fails)) deallocate (to%fails)
-      if (allocated(from%fails)) to%fails = from%fails
-      to%fails_at = from%fails_at
-   end subroutine copy_trial
 end module set_validity

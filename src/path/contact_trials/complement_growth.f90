@@ -1,0 +1,89 @@
+!> Growth of gaps and contact forces behind a change of contact. Gap and force of a contact are complementary: where one of them is
+!> zero, the other one grows in the right sense along the path.
+module complement_growth
+   use kinds, only: wp
+   use contact_spans, only: contact_span_t, initial_share
+   use rod_strips, only: strip_t, find_strips, strip_place, brought_near
+   use span_candidates, only: present_contact_spans
+   use free_span_gap, only: gap_at
+   use span_forces, only: end_force
+   use beginning_contacts, only: candidate_of
+   use neighbours, only: edit_add, edit_remove
+   use test_kinds, only: span_test_t, test_gap, test_force
+   use other_set, only: other_set_t
+   use tried_sets, only: change_place_t, tried_set_t
+   implicit none
+   private
+   public :: complement_grows
+
+contains
+
+   !> True unless a contact that has begun is pulled, or the gap of an open one closes. Several of them may be zero at once; the gaps
+   !> of those that stay open grow, too. All are measured from the set's first equilibrium: there they differ from zero because it
+   !> is solved on another mesh than the present set, and the error of a gap inside an element exceeds its change over the step.
+   logical function complement_grows(here, trial, there) result(grows)
+      type(change_place_t), intent(in) :: here
+      type(tried_set_t), intent(in) :: trial
+      type(other_set_t), intent(in) :: there  !! the set, at another point of its path
+      type(contact_span_t), allocatable :: before(:)
+      integer :: k, number                    ! number of the contact span at a place, 0: the gap is open there
+      grows = .true.
+      if (.not. here%at_change .or. trial%edits > 1) return
+      before = present_contact_spans(here%problem, here%state)
+      do k = 1, size(here%zero)
+         associate (zero => here%zero(k))
+            if (zero%kind == test_gap .and. trial%edit == edit_add) then
+               number = contact_at(trial%set, here%spans_begun, zero)
+               if (number == 0) grows = grows .and. gap_grows(zero%contact, zero%rod_segment, zero%at)
+            else if (zero%kind == test_force .and. trial%edit == edit_remove) then
+               associate (former => before(zero%contact_span))
+                  number = merge(former%number, 0, any(trial%set%problem%contact_span%number == former%number))
+                  if (number == 0) grows = grows .and. gap_grows(former%contact, former%rod_segment, former%at(1))
+               end associate
+            else
+               cycle
+            end if
+            if (number > 0) grows = grows .and. force_grows(candidate_of(trial%set%problem, number))
+         end associate
+      end do
+
+   contains
+
+      !> True if the force of a point contact grows.
+      logical function force_grows(c)
+         integer, intent(in) :: c                !! candidate; 0: another contact holds the breakpoint, too
+         force_grows = c == 0
+         if (c > 0) force_grows = end_force(there%problem, there%state, c) > end_force(there%problem, trial%set%state, c)
+      end function force_grows
+
+      !> True if the gap grows at a place of the rod.
+      logical function gap_grows(contact, rod_segment, at)
+         integer, intent(in) :: contact, rod_segment
+         real(wp), intent(in) :: at              !! coordinate along the rod segment
+         gap_grows = gap_at(there%problem, there%state, contact, rod_segment, at) > gap_at(there%problem, trial%set%state, &
+            & contact, rod_segment, at)
+      end function gap_grows
+   end function complement_grows
+
+   !> Number of the contact span that has begun at the place of a gap, 0: none.
+   integer function contact_at(set, begun, gap) result(number)
+      type(other_set_t), intent(in) :: set
+      integer, intent(in) :: begun               !! last number given before
+      type(span_test_t), intent(in) :: gap
+      type(strip_t), allocatable :: strip(:)
+      type(contact_span_t), allocatable :: now(:)
+      real(wp) :: place, along, near(1)
+      integer :: k, on, other
+      number = 0
+      strip = find_strips(set%problem%layout)
+      call strip_place(strip, gap%rod_segment, gap%at, on, place)
+      now = present_contact_spans(set%problem, set%state)
+      do k = 1, size(now)
+         if (now(k)%number <= begun .or. now(k)%contact /= gap%contact) cycle
+         call strip_place(strip, now(k)%rod_segment, now(k)%at(1), other, along)
+         if (other /= on) cycle
+         near = brought_near(strip(on), [along], place)
+         if (abs(near(1) - place) <= initial_share * strip(on)%length()) number = now(k)%number
+      end do
+   end function contact_at
+end module complement_growth

@@ -1,0 +1,105 @@
+!> Contact sets that are tried: the place of the change from which they are sought, and each set with its equilibrium.
+module tried_sets
+   use kinds, only: wp
+   use model, only: step_t, method_displacement
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use path_point, only: path_point_t
+   use path_state, only: path_state_t
+   use test_kinds, only: span_test_t, test_gap, test_force, test_curvature, test_vanishing, test_couple
+   use other_set, only: other_set_t, copy_other_set
+   implicit none
+   private
+   public :: change_place_t, new_change_place, tried_set_t, copy_trial, append
+
+   !> The run's point, from which another contact set is sought.
+   type, extends(other_set_t) :: change_place_t
+      real(wp) :: least_load = 0.0_wp             !! least reference value for changes of the load factor
+      real(wp) :: travelled = 0.0_wp              !! length of the path behind this point, as a displacement: a structure may be
+      !! back where it was
+      logical :: at_change = .false.              !! true: the change is located at this point
+      logical :: vanishes = .false.               !! true: a free span is about to vanish just ahead
+      logical :: closed = .false.                 !! true: the gaps of these spans are rounding
+      logical :: kink = .true.                    !! false: the path is smooth at the located change
+      logical :: pivots_are_reliable = .true.             !! false: the stiffness of the present set is singular here
+      type(span_test_t), allocatable :: zero(:)   !! tests that are zero at the located change, the located one first
+      integer :: spans_begun = 0                  !! last number given to a contact span
+      type(state_t), allocatable :: beyond        !! equilibrium of the present set beyond the change, where a test fails
+   end type change_place_t
+
+   !> A contact set that is tried, with an equilibrium.
+   type :: tried_set_t
+      type(other_set_t) :: set  !! its first equilibrium, in which a new contact or free span has a prescribed
+      !! length; the path tangent points onward
+      real(wp) :: edited_at = 0.0_wp              !! load factor of the equilibrium whose set was edited
+      logical :: sized = .false.                  !! true: a length is prescribed
+      integer :: edits = 0                        !! edits by which the set differs from the present one
+      integer :: edit = 0                         !! the first of these edits (neighbours)
+      integer :: length = 1                       !! index of the prescribed length
+      logical :: valid = .false.
+      logical :: turns = .false.                  !! valid: the path turns back with this set
+      logical :: passes_limit = .false.           !! valid: a limit point lies between the change and the first equilibrium
+      type(path_point_t) :: there                 !! valid: equilibrium at which the tests are satisfied, a short step further
+      type(span_test_t), allocatable :: fails(:)  !! not valid: the tests that fail
+      type(state_t) :: fails_at                   !! and the state at which they fail
+   end type tried_set_t
+
+contains
+
+   !> The run's point as the place of a change of contact.
+   function new_change_place(problem, step, run, point, zero, beyond) result(here)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step            !! its first increment is a scale of load changes
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: point
+      type(span_test_t), intent(in), optional :: zero(:) !! tests that are zero at the run's point, if the change is located there
+      type(state_t), intent(in), optional :: beyond !! equilibrium further along the path
+      type(change_place_t) :: here
+      here%problem = problem
+      here%path_point_t = point
+      here%least_load = abs(run%last_load)
+      if (step%method /= method_displacement) here%least_load = max(here%least_load, abs(step%increment))
+      here%travelled = run%arc_length * problem%size
+      here%at_change = present(zero)
+      here%spans_begun = run%spans_begun
+      if (present(beyond)) here%beyond = beyond
+      if (.not. here%at_change) return
+      here%zero = zero
+      here%kink = any(zero(1)%kind == [test_gap, test_force, test_vanishing, test_couple])
+      ! The place of an osculating contact is undetermined.
+      here%pivots_are_reliable = zero(1)%kind /= test_curvature
+   end function new_change_place
+
+   !> Copies a trial; a procedure for the reason given at copy_problem.
+   subroutine copy_trial(from, to)
+      type(tried_set_t), intent(in) :: from
+      type(tried_set_t), intent(inout) :: to
+      call copy_other_set(from%set, to%set)
+      to%edited_at = from%edited_at
+      to%sized = from%sized
+      to%edits = from%edits
+      to%edit = from%edit
+      to%length = from%length
+      to%valid = from%valid
+      to%turns = from%turns
+      to%passes_limit = from%passes_limit
+      to%there = from%there
+      if (allocated(to%fails)) deallocate (to%fails)
+      if (allocated(from%fails)) to%fails = from%fails
+      to%fails_at = from%fails_at
+   end subroutine copy_trial
+
+   !> Appends a set to a list.
+   subroutine append(all, new)
+      type(tried_set_t), allocatable, intent(inout) :: all(:)
+      type(tried_set_t), intent(in) :: new
+      type(tried_set_t), allocatable :: longer(:)
+      integer :: k
+      allocate (longer(size(all) + 1))
+      do k = 1, size(all)
+         call copy_trial(all(k), longer(k))
+      end do
+      call copy_trial(new, longer(size(longer)))
+      call move_alloc(longer, all)
+   end subroutine append
+end module tried_sets
