@@ -100,7 +100,8 @@ contains
             if (sense == 2) call reverse(set%tangent)
             trial%turns = sense == 2
             if (decides) call verify_at_equilibrium(here, trial)
-            if (.not. trial%valid) call verify_onward(run, here, decides, trial)
+            if (.not. trial%valid) call verify_onward(here, decides, trial)
+            if (trial%valid) trial%valid = on_path(run, here, set)
             if (trial%valid) exit
          end do
          if (trial%valid .and. .not. here%at_change) call begin_at_onset(step, run, here, trial)
@@ -121,8 +122,7 @@ contains
    end subroutine verify_at_equilibrium
 
    !> Makes a set valid if its tests hold a step along its path, and notes the tests that fail at the first step.
-   subroutine verify_onward(run, here, decides, trial)
-      type(path_state_t), intent(in) :: run
+   subroutine verify_onward(here, decides, trial)
       type(change_place_t), intent(in) :: here
       logical, intent(in) :: decides              !! the tests decide at the equilibrium
       type(tried_set_t), intent(inout) :: trial   !! with its path tangent
@@ -149,7 +149,6 @@ contains
                ! the next longer step is tried.
                if (.not. (here%at_change .or. contact_holds(there%problem, there%state, there%system))) cycle
                trial%valid = complement_grows(here, trial, there)
-               if (trial%valid) trial%valid = on_path(run, here, there)
                if (.not. trial%valid) return
                there%tangent = tangent_along(there, set%tangent%u, set%tangent%load)
                trial%there = there%path_point_t
@@ -217,15 +216,15 @@ contains
    !> change, within reach of the last increment (reachability), or ahead in the direction of the path. (Other paths may be near: a
    !> stocky column beside a wall is displaced along its axis by much more than it bends.) Where a free span vanishes, the direction
    !> of the path turns however near the equilibrium without the span is.
-   logical function on_path(run, here, there)
+   logical function on_path(run, here, next)
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here
-      type(other_set_t), intent(in) :: there
+      type(other_set_t), intent(in) :: next
       on_path = here%at_change
-      if (.not. on_path) on_path = path_length(there%problem, carried(here%problem, here%state, there%problem), there%state) <= &
+      if (.not. on_path) on_path = path_length(next%problem, carried(here%problem, here%state, next%problem), next%state) <= &
          & within_reach * run%last_length
-      if (.not. on_path) on_path = leads_to_next(here%problem, run, there)
-      if (here%vanishes .and. on_path) on_path = abs(there%state%load_factor - here%state%load_factor) <= within_reach * &
+      if (.not. on_path) on_path = leads_to_next(here%problem, run, next)
+      if (here%vanishes .and. on_path) on_path = abs(next%state%load_factor - here%state%load_factor) <= within_reach * &
          & here%least_load
    end function on_path
 
