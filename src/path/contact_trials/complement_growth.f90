@@ -18,9 +18,9 @@ module complement_growth
 
 contains
 
-   !> True unless a contact that has begun is pulled, or the gap of an open one closes. Several of them may be zero at once; then the
-   !> gaps of those that stay open grow, too. All are measured from the set's first equilibrium: there they differ from zero because
-   !> it is solved on another mesh, and the error of a gap inside an element exceeds its change over the step.
+   !> True unless a contact that has begun is pulled, or the gap of an open one closes. Several of them may be zero at once; then
+   !> the gaps of those that stay open grow, too. All are measured from the set's first equilibrium: there they differ from zero
+   !> because it is solved on another mesh, and the error of a gap inside an element exceeds its change over the step.
    logical function complement_grows(here, trial, there) result(grows)
       type(change_place_t), intent(in) :: here
       type(tried_set_t), intent(in) :: trial
