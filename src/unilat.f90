@@ -8,6 +8,7 @@ program unilat
    use, intrinsic :: iso_fortran_env, only: input_unit, output_unit, error_unit
    use, intrinsic :: iso_c_binding, only: c_int
    use kinds, only: wp
+   use text, only: add_clause
    use result_file, only: file_note
    use errors, only: error_t
    use command_line, only: command_line_t, read_command_line, help_text
@@ -19,7 +20,8 @@ program unilat
    use card_table, only: write_card_manual, write_card_json
    use deck_templates, only: template_names, is_template, write_template
    use help_topics, only: write_card_help, write_help
-   use terminal, only: is_terminal, has_colours, painted, standard_input, standard_output, standard_error, red
+   use terminal, only: is_terminal, has_colours, painted, standard_input, standard_output, standard_error, red, put_text, &
+      & open_draft, put_draft
    use printable_text, only: printable, printable_lines
    use deck_summary, only: write_deck_summary
    use load_sums, only: step_load_sums
@@ -27,20 +29,16 @@ program unilat
    use blas_threads, only: use_one_thread, blas_threads_text
    use memory, only: can_be_had
    use run_end, only: watch_for_end, guard_exit, ends_by_itself, has_stack
-   use archive, only: archive_of
-   use checkpoint, only: saved_run_t
-   use restart_check, only: why_not_with
-   use restart_file, only: restart_t, read_restart
-   use path_points, only: find_named_point
-   use checked_output, only: put_text, open_draft, put_draft
+   use archive, only: archive_t
+   use checkpoint, only: saved_run_t, why_not_with
+   use restart_file, only: restart_t, read_restart, find_named_point
    use model, only: model_t
    use problem, only: problem_t, new_problem
    use path_loop, only: follow_path, outcome_t
-   use run_recorder, only: run_recorder_t
+   use run_recorder, only: run_recorder_t, progress_open, progress_close
    use results, only: results_open, results_parameter, results_leave, results_close
    use listing, only: listing_open, listing_close
-   use progress, only: progress_open, progress_close
-   use run_summary, only: failed_checks
+   use listing_tables, only: failed_checks
    use timing, only: timing_start, timing_stop, phase_reading, phase_numbering, phase_output
    implicit none
    integer, parameter :: exit_complete = 0, exit_deck_error = 1, exit_stopped = 2, exit_internal = 3, exit_refused = 5, &
@@ -145,7 +143,7 @@ program unilat
    if (.not. options%quiet) load_sum = step_load_sums(path_problem)
    if (options%restart /= '') then
       saved%kind = restart%kind
-      if (restart%kind > 0) saved%archive = archive_of(restart%state)
+      if (restart%kind > 0) saved%archive = archive_t(loading=.true., n=size(restart%state), words=restart%state)
       saved%changed = options%deck /= '' .or. size(options%set) > 0
       saved%steps = deck_model%step
       if (saved%changed) call check_other_deck()
@@ -183,7 +181,11 @@ program unilat
    if (allocated(error)) call stop_with(code_of(error), error%message)
    call tell_note()
    if (recorder%results%file%meddled) call end_program(exit_refused)
-   if (outcome%deck_line > 0) call stop_at_line(outcome%deck_line, outcome%why)
+   if (outcome%deck_line > 0) then
+      ! An error in the deck that was found during the path is printed like those found when the deck is read.
+      call diagnostics%add(place_t(outcome%deck_line, 1, len_trim(source%line(outcome%deck_line))), outcome%why)
+      call end_with_errors()
+   end if
    if (outcome%ended) call stop_with(exit_ended, status)
    if (.not. outcome%complete) call stop_with(exit_stopped, status)
    if (lost /= '') call end_program(exit_refused)
@@ -277,11 +279,7 @@ contains
    subroutine note_failure(words)
       character(*), intent(in) :: words
       outcome%complete = .false.
-      if (allocated(outcome%why)) then
-         outcome%why = outcome%why//'; '//words
-      else
-         outcome%why = words
-      end if
+      call add_clause(outcome%why, words)
    end subroutine note_failure
 
    !> Reports contacts that act at nodes although the deck did not request this: contact at nodes is a different problem from
@@ -370,15 +368,6 @@ contains
       write (error_unit, '(a)', advance='no') diagnostics_report(diagnostics, source, has_colours(standard_error))
       call end_program(exit_deck_error)
    end subroutine end_with_errors
-
-   !> Ends the program with an error in the deck that was found during the path. It is printed like errors found when the deck is
-   !> read.
-   subroutine stop_at_line(line, message)
-      integer, intent(in) :: line
-      character(*), intent(in) :: message
-      call diagnostics%add(place_t(line, 1, len_trim(source%line(line))), message)
-      call end_with_errors()
-   end subroutine stop_at_line
 
    !> Prints a message on standard error and ends the program.
    subroutine stop_with(code, message)

@@ -17,7 +17,7 @@ contains
    !>
    !> Solutions without kinks inside elements converge with the order of the elements. Contact at nodes causes a kink at each end of
    !> a contact. An end of contact with a foundation, or a corner of the foundation's law, should be an interface point of the mesh.
-   !> If it is not, the kink lies inside an element and has an error estimate of its own (inner_kinks). The UL2 element has no
+   !> If it is not, the kink lies inside an element and has an error estimate of its own (element_errors). The UL2 element has no
    !> enriched form.
    function why_no_bars(problem, state, keeps_mesh, smallest) result(why)
       type(problem_t), intent(in) :: problem

@@ -1,10 +1,16 @@
 !> Errors of the elements at a point of the path. They cause the errors of the reported numbers (loads, displacements, reactions):
-!> the error of a number is the work of the elements' errors on the dual displacements of the number (path_duals).
+!> the error of a number is the work of the elements' errors on the dual displacements of the number (error_contributions).
 !>
 !> The internal unknowns of the enriched element are eliminated, with the collocation polynomial of the original element as starting
 !> point. The relative displacement and the moment that remain at the element's ends are its errors. Imposed on the original
 !> element, both become out-of-balance forces on the nodes. (The end forces of the enriched element for the same displacement cannot
 !> be used: at orders 2 and 4 its axial stiffness differs.)
+!>
+!> A kink of a foundation's force inside an element causes an error of the moment. A foundation that ends inside an element, or
+!> whose law has a corner there, exerts a force with the part J (x - c)+, where c is the position of the kink and J the slope of the
+!> gap there times the jump of the stiffness. The element integrates this force and its first moments exactly (see ge_element). But
+!> the moment of the element is a polynomial of degree s; the error is the part of J (x - c)+^3/6 that this polynomial does not
+!> represent. A foundation along the rod exerts no moment.
 module element_errors
    use kinds, only: wp
    use element_families, only: collocates
@@ -12,11 +18,14 @@ module element_errors
    use rod_state, only: state_t
    use linear_system, only: system_t
    use node_axes, only: element_unknowns
-   use inner_kinks, only: kink_moments
    use small_dense, only: solve_small
+   use gauss_tableau, only: max_stages
+   use force_law, only: segment_unknown
+   use element_gap, only: element_gap_t, gap_value
+   use ground_segments, only: element_cuts, gap_in_state, gap_rounding
    implicit none
    private
-   public :: element_errors_t, new_element_errors, element_duals
+   public :: element_errors_t, new_element_errors, element_duals, left_of_kink
 
    !> Factor on the root of the sum of squares in procedure `rounding`. In the runs of a prototype this root was 0.26 to 148 times
    !> the true rounding error.
@@ -25,12 +34,18 @@ module element_errors
    !> Errors of all elements at one state, as sources of the errors of numbers.
    type :: element_errors_t
       real(wp), allocatable :: force(:, :)       !! (6, elements) out-of-balance forces of each element on its nodes, node axes
-      real(wp), allocatable :: kink(:)           !! (elements) moments of slope discontinuities inside the elements, see inner_kinks
+      real(wp), allocatable :: kink(:) !! (elements) moments of slope discontinuities inside the elements, see kink_moments
       real(wp), allocatable :: moved(:, :) !! (2, elements) magnitude of displacements plus chord length [length]; magnitude of the
       !! rotation [rad]
    contains
       procedure :: work, work_of_kinks, rounding, excess_on_mode
    end type element_errors_t
+
+   !> Largest moment error, over all positions of the kink, for an element of length 1 with s stages and J = 1.
+   real(wp), parameter :: left_of_kink(max_stages) = [4.13e-2_wp, 5.21e-3_wp, 6.78e-4_wp, 1.44e-4_wp, 7.07e-5_wp, 3.17e-5_wp]
+
+   real(wp), parameter :: beside = 1.0_wp / 64.0_wp !! distance over which the slope of the gap is computed, as a part of the
+   !! element
 
 contains
 
@@ -137,8 +152,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system, finer
       integer, intent(in) :: e
-      real(wp) :: force(6)
-      real(wp) :: difference(6), by_end(6, 2)
+      real(wp) :: force(6), difference(6), by_end(6, 2)
       logical :: singular(2)
       difference = finer%ef(:, e) - system%ef(:, e)
       force = difference
@@ -173,4 +187,36 @@ contains
          end do
       end subroutine by_displacement
    end function unbalanced
+
+   !> (elements) moment error caused by kinks in each element, integrated along the element [moment * length].
+   function kink_moments(problem, state) result(moment)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state         !! converged
+      real(wp) :: moment(problem%model%mesh%n_elements)
+      type(element_gap_t) :: gap
+      real(wp), allocatable :: tau(:), level(:)
+      real(wp) :: slope, rounding
+      integer :: c, n, j
+      moment = 0.0_wp
+      rounding = gap_rounding(state)
+      associate (chain => problem%ground%chain)
+         do c = 1, chain%n
+            if (chain%element(2, c) == 0 .or. state%segment(c) /= segment_unknown) cycle
+            if (problem%model%obstacle(chain%obstacle(c))%along_rod) cycle
+            call element_cuts(problem, state, c, rounding, n, tau, level)
+            if (n == 0) cycle
+            gap = gap_in_state(problem, state, c)
+            associate (e => chain%element(2, c))
+               associate (h => state%geometry%element(e)%length)
+                  do j = 1, n
+                     slope = (gap_value(problem, gap, tau(j) + beside) - gap_value(problem, gap, tau(j) - beside)) / &
+                        & (2.0_wp * beside * h)
+                     moment(e) = moment(e) + left_of_kink(problem%model%mesh%stages(e)) * h**4 * &
+                        & problem%ground%slope(chain%obstacle(c)) * abs(slope)
+                  end do
+               end associate
+            end associate
+         end do
+      end associate
+   end function kink_moments
 end module element_errors

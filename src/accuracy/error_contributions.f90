@@ -1,6 +1,10 @@
 !> Contributions of the elements to the discretisation errors of numbers at one point of the path: the load factor, the monitors,
 !> the positions of touchdown points, and the gap that is zero at an event. All these numbers are functionals of the state. By
 !> Betti's theorem the error of a number is the work of the elements' errors on the dual displacements of the number.
+!>
+!> Dual displacements on the path (solve_path_duals): an out-of-balance force (internal minus external) on an unknown changes a
+!> number by the work of the force on the number's dual displacement, if the path constraint remains satisfied. Each number needs
+!> one back-substitution.
 module error_contributions
    use kinds, only: wp
    use problem, only: problem_t
@@ -12,13 +16,14 @@ module error_contributions
    use monitors, only: new_monitor_functional
    use place_functional, only: new_place_functional
    use element_errors, only: element_errors_t, new_element_errors, element_duals
-   use path_duals, only: solve_path_duals
    use section_quantities, only: section_value
-   use bordered_system, only: apply_increment
+   use bordered_system, only: apply_increment, solve_effective, solve_all_effective
    use state_transfer, only: kept_t, point_displacement
+   use band_matrix, only: band_times
+   use null_directions, only: new_null_directions, leave_out, free_of
    implicit none
    private
-   public :: contributions_t, find_contributions, eigenvalue_shares
+   public :: contributions_t, find_contributions, eigenvalue_shares, solve_path_duals
 
    !> Error contributions, one row for each number: load factor, monitors, positions of touchdown points, and the gap of an event if
    !> there is one.
@@ -71,7 +76,11 @@ contains
       logical :: ok
       integer :: m
       number = numbers_of(gap)
-      shares = no_contributions(size(number), problem%model%mesh%n_elements)
+      associate (rows => size(number)) ! contributions if no estimate exists: all rows are unknown
+         allocate (shares%sum(rows), shares%size(rows), shares%rounding(rows), shares%inside(rows), shares%rest(rows), &
+            & shares%element(rows, problem%model%mesh%n_elements), source=0.0_wp)
+         allocate (shares%known(rows), source=.false.)
+      end associate
       errors = new_element_errors(problem, state, system, at_start)
       shares%unfolding = norm2([(errors%excess_on_mode(problem, system, modes(:, m)), m=1, size(modes, 2))])
       held = prescribed_functional(problem, control, state, system)
@@ -145,14 +154,6 @@ contains
       end subroutine set_row
    end subroutine find_contributions
 
-   !> Contributions if no estimate exists: all rows are unknown.
-   pure type(contributions_t) function no_contributions(rows, elements) result(shares)
-      integer, intent(in) :: rows, elements
-      allocate (shares%sum(rows), shares%size(rows), shares%rounding(rows), shares%inside(rows), shares%rest(rows), &
-         & shares%element(rows, elements), source=0.0_wp)
-      allocate (shares%known(rows), source=.false.)
-   end function no_contributions
-
    !> For a number that depends on a monitor: adds the error of the monitor inside its elements to the contributions of these
    !> elements.
    pure subroutine add_inside(inside, rate, row, shares)
@@ -176,8 +177,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system, finer
       real(wp), intent(in) :: modes(:, :)        !! (unknowns, multiplicity) node axes
-      real(wp) :: share(problem%model%mesh%n_elements)
-      real(wp) :: relative(6)
+      real(wp) :: share(problem%model%mesh%n_elements), relative(6)
       integer :: e, k
       share = 0.0_wp
       do k = 1, size(modes, 2)
@@ -256,4 +256,83 @@ contains
          difference = dot_product(place%weight, v - u)
       end function difference
    end function enrichment_change
+
+   !> Dual displacements of all given functionals.
+   subroutine solve_path_duals(problem, system, held, number, modes, dual, by_held, ok)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system       !! factored
+      type(functional_t), intent(in) :: held     !! the functional that the path constraint prescribes
+      type(functional_t), intent(in) :: number(:)
+      real(wp), intent(in) :: modes(:, :) !! (n, multiplicity) null vectors of a bifurcation; no columns at other points. Components
+      !! of displacements along them are removed, because these are rounding divided by a vanishing eigenvalue
+      real(wp), intent(out) :: dual(:, :)        !! (n, numbers) node axes
+      real(wp), intent(out) :: by_held(:) !! (numbers) derivative of each number along the path with respect to the prescribed
+      !! quantity
+      logical, intent(out) :: ok                 !! false: the prescribed quantity is constant along the path, and nothing is set
+      real(wp), dimension(system%n) :: tangent, known, push, of_load
+      real(wp) :: response(system%n, 0:size(number)), along
+      real(wp), allocatable :: direction(:, :)
+      integer :: m
+      direction = new_null_directions(problem, system, modes)
+      tangent = system%tangent
+      call leave_out(problem, modes, direction, tangent)
+      along = held%change(tangent, 1.0_wp)
+      ok = abs(along) > 0.0_wp
+      if (.not. ok) return
+      known = merge(system%rate, 0.0_wp, system%fixed)
+      push = 0.0_wp
+      if (any(abs(known) > 0.0_wp)) call band_times(system%k, known, push)
+      push = merge(0.0_wp, system%load - push, system%fixed)
+      response(:, 0) = free_force(held%by_unknown)
+      do m = 1, size(number)
+         response(:, m) = free_force(number(m)%by_unknown)
+      end do
+      call solve_all_effective(system, response)
+      do m = 0, size(number)
+         call leave_out(problem, modes, direction, response(:, m))
+      end do
+      of_load = response(:, 0) / along
+      do m = 1, size(number)
+         by_held(m) = number(m)%change(tangent, 1.0_wp) / along
+         call combine(number(m), response(:, m), by_held(m), dual(:, m))
+      end do
+
+   contains
+
+      !> Dual displacements of one number. At a limit point their two parts, at constant load and due to the change of the load, are
+      !> unbounded, and the difference loses digits. It is therefore corrected by means of the residuals of the equations and of the
+      !> load.
+      subroutine combine(number, response, by_held, dual)
+         type(functional_t), intent(in) :: number
+         real(wp), intent(in) :: response(:)     !! (n) response of the structure to the gradient of the number
+         real(wp), intent(in) :: by_held
+         real(wp), intent(out) :: dual(:)        !! (n) dual displacements, node axes
+         real(wp) :: lost, left(system%n), more(system%n)
+         lost = sqrt(epsilon(lost)) * maxval(abs(response))
+         dual = by_held * along * of_load - response
+         dual = dual + load_residual(number, by_held, dual) * of_load
+         ! The band matrix does not contain the stiffness of coupled ground, so that the residual cannot be computed from it.
+         if (maxval(abs(dual)) > lost .or. system%coupling%n > 0) return
+         call band_times(system%k, dual, left)
+         left = free_force(by_held * held%by_unknown - number%by_unknown - left)
+         call solve_effective(system, left, more)
+         call leave_out(problem, modes, direction, more)
+         dual = dual + more
+         dual = dual + load_residual(number, by_held, dual) * of_load
+      end subroutine combine
+
+      !> Residual of the dual equation of the load factor.
+      pure real(wp) function load_residual(number, by_held, dual) result(residual)
+         type(functional_t), intent(in) :: number
+         real(wp), intent(in) :: by_held, dual(:)
+         residual = number%change(known, 1.0_wp) - dot_product(push, dual) - by_held * held%change(known, 1.0_wp)
+      end function load_residual
+
+      !> Forces on the free unknowns, without components along null vectors.
+      function free_force(force) result(free)
+         real(wp), intent(in) :: force(:)
+         real(wp) :: free(size(force))
+         free = merge(0.0_wp, free_of(problem, modes, merge(0.0_wp, force, system%fixed)), system%fixed)
+      end function free_force
+   end subroutine solve_path_duals
 end module error_contributions

@@ -16,7 +16,7 @@ module located_zero
    use element_gap, only: element_gap_t, gap_value, gap_and_gradient
    use rod_profile, only: profile_error
    use state_functional, only: functional_t, new_functional
-   use gap_functional, only: new_place_gap_functional
+   use displacement_functional, only: new_place_gap_functional
    use tangent_modes, only: modes_t, lowest_modes, null_vectors, apply_tangent, mode_tolerance, most_null_vectors
    use axial_rigidity, only: shrinking_forces
    use bordered_system, only: solve_effective
@@ -167,8 +167,7 @@ contains
       real(wp), intent(out) :: interpolation             !! interpolation error of both rod profiles at the smallest gap
       type(element_gap_t) :: gap(2)
       real(wp) :: tau, factor
-      integer :: j
-      integer :: candidate
+      integer :: j, candidate
       element = 0
       part = 0.0_wp
       most = 0.0_wp

@@ -16,8 +16,7 @@ module mesh_request
    use error_bar, only: error_bar_t, error_bars_t, largest_unseen, allowed_part, lacks_bound, bar_of
    implicit none
    private
-   public :: refinement_t, request_mesh, coarser_mesh, motion_sizes, stays_within, value_sizes, rounding_of, excess, &
-      & most_meshes
+   public :: refinement_t, request_mesh, coarser_mesh, motion_sizes, stays_within, value_sizes, rounding_of, excess, most_meshes
 
    !> History of the meshes made for one point of the path.
    type :: refinement_t
@@ -64,8 +63,7 @@ contains
    !> Requests a finer mesh if bars are wider than allowed, or if contact may have changed undetected. `demand` is not allocated if
    !> the bars are within tolerance, or if no mesh of the program can narrow them (rounding, elements given by the deck, no
    !> estimate).
-   subroutine request_mesh(problem, state, bars, sizes, counted, asked, critical, tries, can_settle, last, unsettled, &
-      & demand)
+   subroutine request_mesh(problem, state, bars, sizes, counted, asked, critical, tries, can_settle, last, unsettled, demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! state at the point of the bars
       type(error_bars_t), intent(in) :: bars
@@ -189,8 +187,7 @@ contains
       real(wp), intent(in) :: ratio              !! error over tolerance on the present mesh
       integer, intent(in) :: now                 !! number of elements of the present mesh
       real(wp), intent(in) :: ratio_before       !! error over tolerance on a coarser mesh; elements_before: its number of elements
-      integer, intent(in) :: elements_before
-      integer, intent(in) :: segments
+      integer, intent(in) :: elements_before, segments
       real(wp) :: finer, left
       finer = log(real(now, wp) / max(elements_before, 1))
       left = log(segments * epsilon(ratio)**(-0.25_wp) / now)

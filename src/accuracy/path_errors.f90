@@ -25,8 +25,7 @@ module path_errors
    use place_functional, only: moving_ends, places_at, named_place
    use mesh_request, only: value_sizes, motion_sizes
    use missed_modes, only: unstable_difference, sign_uncertain
-   use hidden_openings, only: may_be_open
-   use hidden_touches, only: may_touch
+   use hidden_contacts, only: may_be_open, may_touch
    use located_zero, only: zero_t, zero_value, left_of_zero, find_event_gap, between_nodes, located_gap, mode_rounding
    implicit none
    private
@@ -135,8 +134,7 @@ contains
       real(wp) :: reach, local, most, uncertainty, noise
       integer, allocatable :: ends(:)
       integer :: e
-      bars = no_error_bars(size(problem%model%monitor), why_no_bars(problem, state, keeps_mesh, &
-         & located_gap(problem, zero, state)))
+      bars = no_error_bars(size(problem%model%monitor), why_no_bars(problem, state, keeps_mesh, located_gap(problem, zero, state)))
       if (bars%why /= '') return
       allocate (modes(size(system%residual), 0))
       if (allocated(zero%modes)) modes = zero%modes
@@ -400,8 +398,7 @@ contains
    end function point_constraint
 
    !> Linearises the enriched problem at the point of the original problem, and computes the error contributions of the elements.
-   subroutine begin(problem, finer, state, system, control, heading, ends, modes, path, point, shares, value, &
-      & gap)
+   subroutine begin(problem, finer, state, system, control, heading, ends, modes, path, point, shares, value, gap)
       type(problem_t), intent(in) :: problem
       type(enriched_problem_t), intent(inout), target :: finer
       type(state_t), intent(in) :: state
@@ -424,8 +421,7 @@ contains
          call find_contributions(problem, state, with_stretch(system), path%problem, point%state, point%system, control, ends, &
             & modes, shares, gap)
       else
-         call find_contributions(problem, state, system, path%problem, point%state, point%system, control, ends, modes, shares, &
-            & gap)
+         call find_contributions(problem, state, system, path%problem, point%state, point%system, control, ends, modes, shares, gap)
       end if
    end subroutine begin
 
@@ -450,8 +446,7 @@ contains
       bars%load%bar = bars%load%bar + abs(shares%inside(1))
       do m = 1, size(bars%monitor)
          if (.not. shares%known(m + 1)) cycle
-         bars%monitor(m) = new_error_bar(correction(m + 1), unseen(m + 1), sizes(m + 1), noise(m + 1), &
-            & kind_size(m + 1))
+         bars%monitor(m) = new_error_bar(correction(m + 1), unseen(m + 1), sizes(m + 1), noise(m + 1), kind_size(m + 1))
          bars%monitor(m)%bar = bars%monitor(m)%bar + abs(shares%inside(m + 1))
          associate (bar => bars%monitor(m))
             bar%no_number = bar%bounded .and. abs(value(m + 1)) <= bar%bar .and. 2.0_wp * bar%rounding >= bar%bar

@@ -8,7 +8,7 @@ module archive
    use kinds, only: wp
    implicit none
    private
-   public :: archive_t, archive_of, archive_one, archive_integers, archive_reals, archive_logicals
+   public :: archive_t, archive_one, archive_integers, archive_reals, archive_logicals
    public :: leave_out_zeros, with_zeros
    public :: archive_text, archive_flag, archive_bounds, archive_begin_shared, archive_end_shared, archive_reset
 
@@ -33,15 +33,6 @@ module archive
    end interface archive_one
 
 contains
-
-   !> An archive from which the values in the words are loaded.
-   function archive_of(words) result(a)
-      integer, intent(in) :: words(:) !! words of another archive
-      type(archive_t) :: a
-      a%loading = .true.
-      a%n = size(words)
-      a%words = words
-   end function archive_of
 
    !> Compresses words: each sequence of zeros becomes a zero and its length. More than half of the words of a state are zeros.
    pure subroutine leave_out_zeros(words, packed)
@@ -114,27 +105,18 @@ contains
       a%n = a%n + size(words)
    end subroutine put
 
-   !> Finds the position of the next words to be loaded. False if the archive has fewer words left; it is then marked as damaged.
-   logical function take(a, words, first)
-      type(archive_t), intent(inout) :: a
-      integer, intent(in) :: words
-      integer, intent(out) :: first
-      first = a%at + 1
-      take = .not. a%damaged .and. words >= 0 .and. a%at <= a%n - words
-      if (take) a%at = a%at + words
-      a%damaged = .not. take
-   end function take
-
-   !> Stores or loads n integers.
+   !> Stores or loads n integers. If the archive has fewer words left, it is marked as damaged, and nothing is loaded.
    subroutine archive_integers(a, n, x)
       type(archive_t), intent(inout) :: a
       integer, intent(in) :: n
       integer, intent(inout) :: x(n)
-      integer :: first
-      if (.not. a%loading) then
+      if (a%loading) then
+         a%damaged = a%damaged .or. a%at > a%n - n
+         if (a%damaged) return
+         x = a%words(a%at + 1:a%at + n)
+         a%at = a%at + n
+      else
          call put(a, x)
-      else if (take(a, n, first)) then
-         x = a%words(first:a%at)
       end if
    end subroutine archive_integers
 
@@ -143,12 +125,10 @@ contains
       type(archive_t), intent(inout) :: a
       integer, intent(in) :: n
       real(wp), intent(inout) :: x(n)
-      integer :: first
-      if (.not. a%loading) then
-         call put(a, transfer(x, [1], n * real_words))
-      else if (take(a, n * real_words, first)) then
-         x = transfer(a%words(first:a%at), x, n)
-      end if
+      integer :: words(n * real_words)
+      words = transfer(x, words)
+      call archive_integers(a, size(words), words)
+      if (a%loading) x = transfer(words, x, n)
    end subroutine archive_reals
 
    !> Stores or loads n logicals.
@@ -156,25 +136,20 @@ contains
       type(archive_t), intent(inout) :: a
       integer, intent(in) :: n
       logical, intent(inout) :: x(n)
-      integer :: first
-      if (.not. a%loading) then
-         call put(a, transfer(x, [1], n * logical_words))
-      else if (take(a, n * logical_words, first)) then
-         x = transfer(a%words(first:a%at), x, n)
-      end if
+      integer :: words(n * logical_words)
+      words = transfer(x, words)
+      call archive_integers(a, size(words), words)
+      if (a%loading) x = transfer(words, x, n)
    end subroutine archive_logicals
 
    !> Stores or loads a text, filled up to whole words.
    subroutine one_text(a, x)
       type(archive_t), intent(inout) :: a
       character(*), intent(inout) :: x
-      integer :: first, words
-      words = (len(x) + word_letters - 1) / word_letters
-      if (.not. a%loading) then
-         call put(a, transfer(x//repeat(' ', word_letters), [1], words))
-      else if (take(a, words, first)) then
-         x = transfer(a%words(first:a%at), repeat(' ', words * word_letters))
-      end if
+      integer :: words((len(x) + word_letters - 1) / word_letters)
+      words = transfer(x//repeat(' ', word_letters), words, size(words))
+      call archive_integers(a, size(words), words)
+      if (a%loading) x = transfer(words, repeat(' ', size(words) * word_letters))
    end subroutine one_text
 
    subroutine one_integer(a, x)

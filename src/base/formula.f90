@@ -28,50 +28,32 @@ contains
       at = 1
       depth = 0
       wrong = ''
-      call read_sum(result)
+      call read_level(1, result)
       if (next() /= '') call object('unexpected '''//next()//'''')
       if (wrong /= '') result = 0.0_wp
 
    contains
 
-      recursive subroutine read_sum(x)
+      !> Reads operands joined by the operators of a level: level 1 are sums of products, level 2 products of signed powers.
+      recursive subroutine read_level(level, x)
+         integer, intent(in) :: level
          real(wp), intent(out) :: x
+         character(2), parameter :: operators(2) = ['+-', '*/']
          real(wp) :: y
-         character(1) :: sign
-         call read_product(x)
-         do while (scan(next(), '+-') == 1)
-            sign = next()
+         character(1) :: operator
+         if (level > size(operators)) then
+            call read_signed(x)
+            return
+         end if
+         call read_level(level + 1, x)
+         do while (scan(next(), operators(level)) == 1)
+            operator = next()
             call step()
-            call read_product(y)
+            call read_level(level + 1, y)
             if (wrong /= '') return
-            if (sign == '-') y = -y
-            if (0.5_wp * abs(x) + 0.5_wp * abs(y) > 0.5_wp * huge(x)) then
-               call object('the sum is too large')
-            else
-               x = x + y
-            end if
+            call combine(operator, x, y, wrong)
          end do
-      end subroutine read_sum
-
-      recursive subroutine read_product(x)
-         real(wp), intent(out) :: x
-         real(wp) :: y
-         logical :: over
-         call read_signed(x)
-         do while (scan(next(), '*/') == 1)
-            over = next() == '/'
-            call step()
-            call read_signed(y)
-            if (wrong /= '') return
-            if (over) then
-               call divide(x, y)
-            else if (abs(y) > 1.0_wp .and. abs(x) > huge(x) / max(abs(y), 1.0_wp)) then
-               call object('the product is too large')
-            else
-               x = x * y
-            end if
-         end do
-      end subroutine read_product
+      end subroutine read_level
 
       recursive subroutine read_signed(x)
          real(wp), intent(out) :: x
@@ -100,7 +82,7 @@ contains
          call deeper()
          call read_signed(y)
          depth = depth - 1
-         if (wrong == '') call raise(x, y)
+         if (wrong == '') call raise(x, y, wrong)
       end subroutine read_power
 
       !> Reads a number, a name, a function or a sum in brackets.
@@ -114,7 +96,7 @@ contains
          else if (letter == '(') then
             call step()
             call deeper()
-            call read_sum(x)
+            call read_level(1, x)
             depth = depth - 1
             call close_bracket()
          else if (scan(letter, digits//'.') == 1) then
@@ -187,11 +169,11 @@ contains
          end if
          call step()
          call deeper()
-         call read_sum(x)
+         call read_level(1, x)
          if (word_index('min|max', name) > 0) then
             do while (next() == ',')
                call step()
-               call read_sum(y)
+               call read_level(1, y)
                if (same_name(name, 'min')) x = min(x, y)
                if (same_name(name, 'max')) x = max(x, y)
             end do
@@ -199,91 +181,8 @@ contains
          depth = depth - 1
          call close_bracket()
          i = word_index(one_argument, name)
-         if (wrong == '' .and. i > 0) call apply(word_at(one_argument, i), x)
+         if (wrong == '' .and. i > 0) call apply(word_at(one_argument, i), x, wrong)
       end subroutine read_function
-
-      !> Replaces x by the value of a function at x.
-      subroutine apply(name, x)
-         character(*), intent(in) :: name
-         real(wp), intent(inout) :: x
-         select case (name)
-         case ('sqrt')
-            if (x < 0.0_wp) call object('sqrt of a negative number')
-            x = sqrt(max(x, 0.0_wp))
-         case ('sin')
-            x = sin(x)
-         case ('cos')
-            x = cos(x)
-         case ('tan')
-            x = tan(x)
-         case ('asin', 'acos')
-            if (abs(x) > 1.0_wp) call object(name//' of a number above 1 in size')
-            x = max(-1.0_wp, min(x, 1.0_wp))
-            if (name == 'asin') x = asin(x)
-            if (name == 'acos') x = acos(x)
-         case ('atan')
-            x = atan(x)
-         case ('exp')
-            if (x >= log(huge(x))) call object('exp of a number that is too large')
-            if (wrong == '') x = exp(x)
-         case ('log')
-            if (x <= 0.0_wp) call object('log of a number that is not positive')
-            x = log(max(x, tiny(x)))
-         case ('abs')
-            x = abs(x)
-         case ('radians')
-            x = x * degree
-         case ('degrees')
-            if (abs(x) > huge(x) * degree) call object('degrees of a number that is too large')
-            if (wrong == '') x = x / degree
-         end select
-      end subroutine apply
-
-      !> Replaces x by x/y.
-      subroutine divide(x, y)
-         real(wp), intent(inout) :: x
-         real(wp), intent(in) :: y
-         if (abs(y) <= 0.0_wp) then
-            call object('division by zero')
-         else if (abs(x) > huge(x) * min(abs(y), 1.0_wp)) then
-            call object('the quotient is too large')
-         else
-            x = x / y
-         end if
-      end subroutine divide
-
-      !> Replaces x by x**y.
-      subroutine raise(x, y)
-         real(wp), intent(inout) :: x
-         real(wp), intent(in) :: y
-         real(wp) :: size
-         size = abs(x)
-         if (abs(y) <= 0.0_wp) then
-            x = 1.0_wp
-         else if (size <= 0.0_wp) then
-            if (y < 0.0_wp) call object('division by zero')
-         else if (x < 0.0_wp .and. abs(y - anint(y)) > 0.0_wp) then
-            call object('a power of a negative number that is not whole')
-         else if (too_large(log(size), y)) then
-            call object('the power is too large')
-         else if (x < 0.0_wp .and. modulo(abs(y), 2.0_wp) > 0.5_wp) then
-            x = -size**y
-         else
-            x = size**y
-         end if
-      end subroutine raise
-
-      !> True if exp(a b) overflows. (The product a b itself may overflow, with either sign.)
-      pure logical function too_large(a, b)
-         real(wp), intent(in) :: a, b
-         too_large = (a > 0.0_wp .eqv. b > 0.0_wp) .and. abs(a) > 0.0_wp
-         if (.not. too_large) return
-         if (abs(b) > 1.0_wp) then
-            too_large = abs(a) >= log(huge(a)) / abs(b)
-         else
-            too_large = abs(a) * abs(b) >= log(huge(a))
-         end if
-      end function too_large
 
       !> Position of the next character that is not blank. At the end of the text, and after an error, it is the position behind the
       !> text, so that every loop ends.
@@ -323,6 +222,101 @@ contains
          if (wrong == '') wrong = message
       end subroutine object
    end subroutine evaluate
+
+   !> Replaces x by the sum, difference, product or quotient of x and y.
+   pure subroutine combine(operator, x, y, wrong)
+      character(1), intent(in) :: operator
+      real(wp), intent(inout) :: x
+      real(wp), intent(in) :: y
+      character(:), allocatable, intent(inout) :: wrong
+      if (operator == '*') then
+         if (abs(y) > 1.0_wp .and. abs(x) > huge(x) / max(abs(y), 1.0_wp)) wrong = 'the product is too large'
+         if (wrong == '') x = x * y
+      else if (operator == '/') then
+         if (abs(y) <= 0.0_wp) then
+            wrong = 'division by zero'
+         else if (abs(x) > huge(x) * min(abs(y), 1.0_wp)) then
+            wrong = 'the quotient is too large'
+         else
+            x = x / y
+         end if
+      else
+         if (abs(0.5_wp * x) + abs(0.5_wp * y) > 0.5_wp * huge(x)) wrong = 'the sum is too large'
+         if (wrong == '') x = x + merge(-y, y, operator == '-')
+      end if
+   end subroutine combine
+
+   !> Replaces x by the value of a function at x.
+   pure subroutine apply(name, x, wrong)
+      character(*), intent(in) :: name
+      real(wp), intent(inout) :: x
+      character(:), allocatable, intent(inout) :: wrong
+      select case (name)
+      case ('sqrt')
+         if (x < 0.0_wp) wrong = 'sqrt of a negative number'
+         x = sqrt(max(x, 0.0_wp))
+      case ('sin')
+         x = sin(x)
+      case ('cos')
+         x = cos(x)
+      case ('tan')
+         x = tan(x)
+      case ('asin', 'acos')
+         if (abs(x) > 1.0_wp) wrong = name//' of a number above 1 in size'
+         x = max(-1.0_wp, min(x, 1.0_wp))
+         if (name == 'asin') x = asin(x)
+         if (name == 'acos') x = acos(x)
+      case ('atan')
+         x = atan(x)
+      case ('exp')
+         if (x >= log(huge(x))) wrong = 'exp of a number that is too large'
+         if (wrong == '') x = exp(x)
+      case ('log')
+         if (x <= 0.0_wp) wrong = 'log of a number that is not positive'
+         x = log(max(x, tiny(x)))
+      case ('abs')
+         x = abs(x)
+      case ('radians')
+         x = x * degree
+      case ('degrees')
+         if (abs(x) > huge(x) * degree) wrong = 'degrees of a number that is too large'
+         if (wrong == '') x = x / degree
+      end select
+   end subroutine apply
+
+   !> Replaces x by x**y.
+   pure subroutine raise(x, y, wrong)
+      real(wp), intent(inout) :: x
+      real(wp), intent(in) :: y
+      character(:), allocatable, intent(inout) :: wrong
+      real(wp) :: size
+      size = abs(x)
+      if (abs(y) <= 0.0_wp) then
+         x = 1.0_wp
+      else if (size <= 0.0_wp) then
+         if (y < 0.0_wp) wrong = 'division by zero'
+      else if (x < 0.0_wp .and. abs(y - anint(y)) > 0.0_wp) then
+         wrong = 'a power of a negative number that is not whole'
+      else if (too_large(log(size), y)) then
+         wrong = 'the power is too large'
+      else if (x < 0.0_wp .and. modulo(abs(y), 2.0_wp) > 0.5_wp) then
+         x = -size**y
+      else
+         x = size**y
+      end if
+   end subroutine raise
+
+   !> True if exp(a b) overflows. (The product a b itself may overflow, with either sign.)
+   pure logical function too_large(a, b)
+      real(wp), intent(in) :: a, b
+      too_large = (a > 0.0_wp .eqv. b > 0.0_wp) .and. abs(a) > 0.0_wp
+      if (.not. too_large) return
+      if (abs(b) > 1.0_wp) then
+         too_large = abs(a) >= log(huge(a)) / abs(b)
+      else
+         too_large = abs(a) * abs(b) >= log(huge(a))
+      end if
+   end function too_large
 
    !> True for a letter or underscore that is followed by letters, digits and underscores.
    pure logical function is_plain_name(string)

@@ -81,8 +81,7 @@ contains
 
    !> Slot that contains the label, or the vacant slot in which it is to be stored.
    pure integer function label_slot(key, label) result(slot)
-      integer, intent(in) :: key(:)
-      integer, intent(in) :: label
+      integer, intent(in) :: key(:), label
       integer(i8), parameter :: spread = 2654435761_i8 ! 2**32 divided by the golden ratio, odd
       integer :: mask
       mask = size(key) - 1
@@ -153,8 +152,7 @@ contains
    !> Slot that refers to the name, or the vacant slot in which it is to be stored.
    pure integer function name_slot(slots, keys, key) result(slot)
       integer, intent(in) :: slots(:)
-      character(name_length), intent(in) :: keys(:)
-      character(name_length), intent(in) :: key
+      character(name_length), intent(in) :: keys(:), key
       integer(i8) :: mix
       integer :: i
       mix = 5381

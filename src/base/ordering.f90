@@ -11,8 +11,7 @@ contains
    !> by one number and then by another is sorted by the second, and where this is equal by the first.
    pure function ascending(number) result(order)
       real(wp), intent(in) :: number(:)
-      integer :: order(size(number))
-      integer :: i, j
+      integer :: order(size(number)), i, j
       do i = 1, size(number)
          do j = i - 1, 1, -1
             if (number(order(j)) <= number(i)) exit

@@ -1,15 +1,14 @@
-!> File operations of POSIX: resolution of links, locks, atomic replacement of files, checked writing. Implemented in posix_files.c;
-!> this module provides interfaces with Fortran texts.
+!> File operations of POSIX: resolution of links, locks, atomic replacement of files, checked writing. Implemented in posix_files.c.
 module posix_files
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_null_char
    implicit none
    private
    public :: resolved_name, look_at, lock_file, unlock_file, put_in_place, overwrite, what_is_there, rename_file, write_bytes
    public :: error_text, longest_name
-   public :: kind_nothing, kind_empty, kind_file, kind_folder, kind_other, is_locked, is_closed, file_mark_t
+   public :: kind_nothing, kind_empty, kind_folder, kind_other, is_locked, is_closed, file_mark_t
    public :: is_same, is_missing, is_changed, is_another
 
-   integer, parameter :: kind_nothing = 0, kind_empty = 1, kind_file = 2, kind_folder = 3, kind_other = 4
+   integer, parameter :: kind_nothing = 0, kind_empty = 1, kind_folder = 3, kind_other = 4 !! 2: any other
    integer, parameter :: is_same = 0, is_missing = 1, is_changed = 2, is_another = 3
    integer, parameter :: longest_name = 4096      !! [bytes] longest file name
    integer, parameter :: is_locked = -1           !! status of lock_file: another process has the lock
@@ -20,19 +19,69 @@ module posix_files
       integer(c_long) :: number(3) = -1_c_long     !! device, inode, number of bytes
    end type file_mark_t
 
+   ! Texts passed to these procedures end with a null character. The functions return 0 or errno, the error number of the system,
+   ! unless something else is stated.
    interface
+      !> Kind of a file, kind_...; errno: the file may not be replaced.
+      integer(c_int) function look_at(name, kind) bind(c, name='unilat_look_at')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: name(*)
+         integer(c_int), intent(out) :: kind
+      end function look_at
+
+      !> Releases a lock.
+      subroutine unlock_file(name, descriptor) bind(c, name='unilat_unlock')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: name(*)
+         integer(c_int), value :: descriptor           !! file descriptor from lock_file
+      end subroutine unlock_file
+
+      !> Writes a temporary file beside the file and then renames it to the file's name. If the program is ended at any moment,
+      !> either the old or the new file exists, never a part of one; after an error the old file is unchanged.
+      integer(c_int) function put_in_place(name, beside, bytes, count, mark) bind(c, name='unilat_put_in_place')
+         import :: c_char, c_int, c_long
+         character(kind=c_char), intent(in) :: name(*)    !! name of the file to be written
+         character(kind=c_char), intent(in) :: beside(*)  !! name of the temporary file, in the same folder
+         character(kind=c_char), intent(in) :: bytes(*)
+         integer(c_long), value :: count                  !! number of bytes
+         integer(c_long), intent(inout) :: mark(3)        !! identification of the new file, see file_mark_t
+      end function put_in_place
+
+      !> Overwrites bytes within a file; the length of the file does not change.
+      integer(c_int) function overwrite(name, at, bytes, count) bind(c, name='unilat_overwrite')
+         import :: c_char, c_int, c_long
+         character(kind=c_char), intent(in) :: name(*), bytes(*) !! name of the file; new bytes
+         integer(c_long), value :: at                     !! number of bytes before the first byte that is overwritten
+         integer(c_long), value :: count                  !! number of new bytes
+      end function overwrite
+
+      !> Compares a file with the identification of an earlier file: is_same, is_missing, is_changed (another size) or is_another.
+      integer(c_int) function what_is_there(name, mark) bind(c, name='unilat_compare')
+         import :: c_char, c_int, c_long
+         character(kind=c_char), intent(in) :: name(*)
+         integer(c_long), intent(in) :: mark(3)
+      end function what_is_there
+
+      !> Renames a file.
+      integer(c_int) function rename_file(from, to) bind(c, name='unilat_rename')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: from(*), to(*)
+      end function rename_file
+
+      !> Writes text at once, without Fortran's buffers; returns 0, is_closed, or errno.
+      integer(c_int) function write_bytes(descriptor, bytes, count) bind(c, name='unilat_write_all')
+         import :: c_char, c_int, c_long
+         integer(c_int), value :: descriptor              !! file descriptor: 1: standard output, 2: standard error
+         character(kind=c_char), intent(in) :: bytes(*)
+         integer(c_long), value :: count                  !! number of bytes
+      end function write_bytes
+
       integer(c_int) function c_resolve(name, target, size) bind(c, name='unilat_resolve')
          import :: c_char, c_int, c_long
          character(kind=c_char), intent(in) :: name(*)
          character(kind=c_char), intent(out) :: target(*)
          integer(c_long), value :: size
       end function c_resolve
-
-      integer(c_int) function c_look_at(name, kind) bind(c, name='unilat_look_at')
-         import :: c_char, c_int
-         character(kind=c_char), intent(in) :: name(*)
-         integer(c_int), intent(out) :: kind
-      end function c_look_at
 
       integer(c_int) function c_lock(name, descriptor, owner, size) bind(c, name='unilat_lock')
          import :: c_char, c_int, c_long
@@ -41,43 +90,6 @@ module posix_files
          character(kind=c_char), intent(out) :: owner(*)
          integer(c_long), value :: size
       end function c_lock
-
-      subroutine c_unlock(name, descriptor) bind(c, name='unilat_unlock')
-         import :: c_char, c_int
-         character(kind=c_char), intent(in) :: name(*)
-         integer(c_int), value :: descriptor
-      end subroutine c_unlock
-
-      integer(c_int) function c_put(name, beside, bytes, count, mark) bind(c, name='unilat_put_in_place')
-         import :: c_char, c_int, c_long
-         character(kind=c_char), intent(in) :: name(*), beside(*), bytes(*)
-         integer(c_long), value :: count
-         integer(c_long), intent(inout) :: mark(3)
-      end function c_put
-
-      integer(c_int) function c_overwrite(name, at, bytes, count) bind(c, name='unilat_overwrite')
-         import :: c_char, c_int, c_long
-         character(kind=c_char), intent(in) :: name(*), bytes(*)
-         integer(c_long), value :: at, count
-      end function c_overwrite
-
-      integer(c_int) function c_compare(name, mark) bind(c, name='unilat_compare')
-         import :: c_char, c_int, c_long
-         character(kind=c_char), intent(in) :: name(*)
-         integer(c_long), intent(in) :: mark(3)
-      end function c_compare
-
-      integer(c_int) function c_rename(from, to) bind(c, name='unilat_rename')
-         import :: c_char, c_int
-         character(kind=c_char), intent(in) :: from(*), to(*)
-      end function c_rename
-
-      integer(c_int) function c_write_all(descriptor, bytes, count) bind(c, name='unilat_write_all')
-         import :: c_char, c_int, c_long
-         integer(c_int), value :: descriptor
-         character(kind=c_char), intent(in) :: bytes(*)
-         integer(c_long), value :: count
-      end function c_write_all
 
       subroutine c_error_text(number, text, size) bind(c, name='unilat_error_text')
          import :: c_char, c_int, c_long
@@ -100,16 +112,6 @@ contains
       if (status == 0) target = text_of(buffer)
    end subroutine resolved_name
 
-   !> Kind of a file, and whether it may be replaced.
-   subroutine look_at(name, kind, status)
-      character(*), intent(in) :: name
-      integer, intent(out) :: kind                !! kind of the file, kind_...
-      integer, intent(out) :: status              !! 0, or errno: the file may not be replaced
-      integer(c_int) :: found
-      status = int(c_look_at(name//c_null_char, found))
-      kind = int(found)
-   end subroutine look_at
-
    !> Takes a lock, which the system removes when the process ends for any reason.
    subroutine lock_file(name, descriptor, owner, status)
       character(*), intent(in) :: name            !! name of the lock file
@@ -124,55 +126,6 @@ contains
       descriptor = int(opened)
       owner = text_of(buffer)
    end subroutine lock_file
-
-   !> Releases a lock.
-   subroutine unlock_file(name, descriptor)
-      character(*), intent(in) :: name
-      integer, intent(in) :: descriptor           !! file descriptor from lock_file
-      call c_unlock(name//c_null_char, int(descriptor, c_int))
-   end subroutine unlock_file
-
-   !> Writes a temporary file beside the file and then renames it to the file's name. If the program is ended at any moment, either
-   !> the old or the new file exists, never a part of one.
-   subroutine put_in_place(name, beside, bytes, mark, status)
-      character(*), intent(in) :: name            !! name of the file to be written
-      character(*), intent(in) :: beside          !! name of the temporary file, in the same folder
-      character(kind=c_char), intent(in), contiguous :: bytes(:)
-      type(file_mark_t), intent(inout) :: mark    !! identification of the new file
-      integer, intent(out) :: status              !! 0, or errno: the old file is then unchanged
-      status = int(c_put(name//c_null_char, beside//c_null_char, bytes, size(bytes, kind=c_long), mark%number))
-   end subroutine put_in_place
-
-   !> Overwrites bytes within a file; the length of the file does not change.
-   subroutine overwrite(name, at, text, status)
-      character(*), intent(in) :: name
-      integer, intent(in) :: at                   !! number of bytes before the first byte that is overwritten
-      character(*), intent(in) :: text            !! new bytes
-      integer, intent(out) :: status              !! 0, or errno: the error number of the system
-      status = int(c_overwrite(name//c_null_char, int(at, c_long), text, len(text, kind=c_long)))
-   end subroutine overwrite
-
-   !> Compares a file with the identification of an earlier file: is_same, is_missing, is_changed (another size) or is_another.
-   integer function what_is_there(name, mark)
-      character(*), intent(in) :: name
-      type(file_mark_t), intent(in) :: mark
-      what_is_there = int(c_compare(name//c_null_char, mark%number))
-   end function what_is_there
-
-   !> Renames a file.
-   subroutine rename_file(from, to, status)
-      character(*), intent(in) :: from, to
-      integer, intent(out) :: status              !! 0, or errno: the error number of the system
-      status = int(c_rename(from//c_null_char, to//c_null_char))
-   end subroutine rename_file
-
-   !> Writes text at once, without Fortran's buffers.
-   subroutine write_bytes(descriptor, text, status)
-      integer, intent(in) :: descriptor           !! file descriptor: 1: standard output, 2: standard error
-      character(*), intent(in) :: text
-      integer, intent(out) :: status              !! 0, is_closed, or errno
-      status = int(c_write_all(int(descriptor, c_int), text//c_null_char, len(text, kind=c_long)))
-   end subroutine write_bytes
 
    !> The system's message about an error number.
    function error_text(status) result(text)

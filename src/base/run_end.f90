@@ -5,7 +5,7 @@ module run_end
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_long
    implicit none
    private
-   public :: watch_for_end, end_wanted, reason_to_end, guard_exit, ends_by_itself, has_stack
+   public :: watch_for_end, reason_to_end, guard_exit, ends_by_itself, has_stack
 
    !> Reasons for an end, in the numbering of posix_signals.c:
    character(*), parameter :: reason(7) = [character(60) :: 'ended by SIGTERM', 'ended by SIGINT', 'ended by SIGHUP', &
@@ -42,11 +42,6 @@ module run_end
    end interface
 
 contains
-
-   !> True if the run must end as soon as possible.
-   logical function end_wanted()
-      end_wanted = c_received() > 0
-   end function end_wanted
 
    !> Message that explains why the run must end; '' if it need not end.
    function reason_to_end() result(words)

@@ -3,8 +3,8 @@ module text
    use kinds, only: wp, i8
    implicit none
    private
-   public :: upper, squeeze, same_name, blanks, to_text, rounded, nearest_word, plural
-   public :: parse_integer, parse_real, word_count, word_at, word_index, separated
+   public :: upper, squeeze, same_name, blanks, to_text, rounded, nearest_word, plural, add_clause
+   public :: parse_integer, parse_real, word_at, word_index, separated
 
    character(*), parameter :: blanks = ' '//achar(9) !! a blank and a tab
 
@@ -138,6 +138,15 @@ contains
       string = to_text(short)
    end function rounded
 
+   !> Appends a clause to a text, behind a semicolon if the text is not empty.
+   pure subroutine add_clause(text, clause)
+      character(:), allocatable, intent(inout) :: text !! text; not allocated: it is empty
+      character(*), intent(in) :: clause
+      if (.not. allocated(text)) text = ''
+      if (text /= '') text = text//'; '
+      text = text//clause
+   end subroutine add_clause
+
    !> Number and noun: "1 error", "2 errors".
    pure function plural(number, noun) result(string)
       integer, intent(in) :: number    !! number of things
@@ -147,22 +156,10 @@ contains
       if (number /= 1) string = string//'s'
    end function plural
 
-   !> Number of words in a list separated by bars, such as 'RECT|CIRC|PIPE'.
-   pure integer function word_count(list)
-      character(*), intent(in) :: list !! words between bars; blank: there are none
-      integer :: i
-      word_count = 0
-      if (len_trim(list) == 0) return
-      word_count = 1
-      do i = 1, len(list)
-         if (list(i:i) == '|') word_count = word_count + 1
-      end do
-   end function word_count
-
    !> One word of a list separated by bars.
    pure function word_at(list, position) result(word)
       character(*), intent(in) :: list    !! words between bars
-      integer, intent(in) :: position     !! from 1 to word_count(list)
+      integer, intent(in) :: position     !! from 1 to the number of words
       character(:), allocatable :: word
       integer :: first, last, i
       last = 0

@@ -110,8 +110,7 @@ contains
                ! the polynomial of the element, and than the nodes of the element if that mesh is finer.
                if (begins_at(e, mesh_node)) cycle
                if (e > 0 .and. gaps(i) < 0.0_wp) gaps(i) = gaps(i) + place_error(problem, state, e, tau, profile)
-               call note_worst(accuracy, check_penetration, -gaps(i) / problem%size, at, &
-                  & node=problem%deck%mesh%node_label(node(i)))
+               call note_worst(accuracy, check_penetration, -gaps(i) / problem%size, at, node=problem%deck%mesh%node_label(node(i)))
             end do
          end associate
       end do
@@ -200,8 +199,7 @@ contains
             ! At a bilateral obstacle, or on the settled surface of coupled ground, a gap of either sign is an error.
             depth = -gap
             if (problem%candidates%bilateral(c) .or. (state%active(c) .and. coupled)) depth = abs(gap)
-            if (state%active(c) .or. .not. problem%candidates%bilateral(c)) &
-               & call note(check_penetration, depth / problem%size)
+            if (state%active(c) .or. .not. problem%candidates%bilateral(c)) call note(check_penetration, depth / problem%size)
             call note(check_complementarity, abs(state%reaction(c) * gap) / (largest * problem%size))
             if (coupled .and. state%active(c)) call note(check_foundation, &
                & (abs(gap) - rounding_gap(problem)) / problem%coupling%local(problem%coupling%entry(c)) / largest)

@@ -1,7 +1,7 @@
 !> Checks of every recorded point: balance and signs, adequacy of the mesh, and accuracy of the numbers.
 module point_checks
    use kinds, only: wp
-   use text, only: to_text
+   use text, only: to_text, add_clause
    use problem, only: problem_t
    use rod_state, only: state_t, is_stress_free
    use ground_segments, only: followed_part
@@ -150,8 +150,7 @@ contains
          type(worst_t), intent(in) :: worst
          real(wp), intent(in) :: bound
          if (worst%value <= bound) return
-         if (text /= '') text = text//'; '
-         text = text//name//' '//scientific(worst%value, 2)//' '//place_in_words(worst%at)
+         call add_clause(text, name//' '//scientific(worst%value, 2)//' '//place_in_words(worst%at))
       end subroutine check_bound
    end function failed_words
 

@@ -229,8 +229,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact_span       !! index into problem%contact_span
-      real(wp), intent(in) :: thrust_error
-      real(wp), intent(in) :: bound
+      real(wp), intent(in) :: thrust_error, bound
       real(wp) :: local(3), density, noise
       type(conforming_state_t) :: kept
       integer :: e, i, parts

@@ -76,8 +76,7 @@ contains
 
    !> Finds the least gap, and its position, between an obstacle and elements that do not touch it. The elements are those between
    !> two contact spans of a rod segment, or those in line contact with another obstacle.
-   subroutine least_gap(problem, state, element, contact, touched, fails, profile, least, where, uncertain, largest, &
-      & level, low)
+   subroutine least_gap(problem, state, element, contact, touched, fails, profile, least, where, uncertain, largest, level, low)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: element(2)        !! first and last element

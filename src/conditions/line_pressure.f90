@@ -34,7 +34,7 @@ contains
       real(wp), allocatable :: at(:), density(:)
       type(conforming_state_t) :: kept
       real(wp) :: place
-      integer :: e, i, n, parts
+      integer :: side, e, i, n, parts
       n = 0
       allocate (at(8))
       do e = line%element(1), line%element(2)
@@ -61,7 +61,8 @@ contains
             ! The density is least at an end of the line contact, unless it decreases from the end inwards. On an axis of symmetry,
             ! where the rotation is fixed, its slope is zero except for the errors of splines.
             if (before == i .or. after == i) then
-               if (keeps_rotation(problem, line, merge(1, 2, before == i))) cycle
+               side = merge(1, 2, before == i)
+               if (problem%model%fixed(3, problem%model%mesh%node(side, line%element(side)))) cycle
                place = at(i) + near * (at(before) + at(after) - 2.0_wp * at(i))
                if (density_at(problem, state, line, place, kept) >= density(i)) cycle
             end if
@@ -73,14 +74,6 @@ contains
       if (n > size(at)) density = [(density_at(problem, state, line, pressure%at(i), kept), i=1, n)]
       call move_alloc(density, pressure%density)
    end function sample_line
-
-   !> True if the rotation of the node at an end of a line contact is fixed.
-   pure logical function keeps_rotation(problem, line, side) result(keeps)
-      type(problem_t), intent(in) :: problem
-      type(contact_span_t), intent(in) :: line
-      integer, intent(in) :: side                  !! 1: first end, 2: last end
-      keeps = problem%model%fixed(3, problem%model%mesh%node(side, line%element(side)))
-   end function keeps_rotation
 
    !> Inserts a coordinate near the end of an increasing list; a coordinate that is already in the list is skipped.
    pure subroutine insert(all, n, place)

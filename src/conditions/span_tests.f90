@@ -35,8 +35,7 @@ contains
       real(wp), intent(in) :: scale         !! scale of forces, see system_t
       integer, intent(in), optional :: only !! index of the only test whose value is needed; 0: only the tests of points are needed.
       !! Gaps and pressures on which these do not depend are then not evaluated
-      type(span_test_t), allocatable :: tests(:)
-      type(span_test_t), allocatable :: points(:), gaps(:), lengths(:)
+      type(span_test_t), allocatable :: tests(:), points(:), gaps(:), lengths(:)
       integer :: k, i
       logical :: pressed
       points = tests_of_points(problem, state, scale)

@@ -454,8 +454,7 @@ contains
       real(wp), intent(in) :: chord(:, :)       !! (3, nodes) displacement between `from` and `to`, see chord_between
       type(path_tangent_t), intent(in) :: before, after
       type(state_t) :: expected
-      real(wp) :: length, along, part, distance, load, weight(3)
-      real(wp) :: way(3, size(from%u, 2))
+      real(wp) :: length, along, part, distance, load, weight(3), way(3, size(from%u, 2))
       lies = .true.
       length = sqrt(metric(problem, chord, chord))
       if (length <= no_motion) return

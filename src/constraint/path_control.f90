@@ -11,7 +11,7 @@
 !> spherical:    |du|^2 + (load_scale dl)^2 = increment^2                      (Crisfield 1981)
 !> linearised:   the plane normal to the tangent at distance `increment`       (Riks 1979)
 !> largest displacement: the component with the largest change in a tangent step of length `increment` (Rheinboldt 1981)
-!> flat:         relative curvature at a point contact = increment (relative_curvature)
+!> flat:         relative curvature at a point contact = increment (place_functional)
 !> The following strategies have a tangent step as predictor, and corrections normal to the vector named first:
 !> minimum residual:        the displacements due to the load: shortest correction (Chan 1988)
 !> variable load:           the displacements of the increment so far          (Gierlinski & Graves Smith 1985)
@@ -26,7 +26,7 @@ module path_control
    use linear_system, only: system_t
    use bordered_system, only: set_path_row, linear_functional, solve_bordered, all_to_global
    use state_functional, only: functional_t, new_load_functional
-   use relative_curvature, only: new_relative_curvature
+   use place_functional, only: new_relative_curvature
    use track_nodes, only: excess_curvature
    use displacement_functional, only: new_displacement_functional, watched_displacement
    implicit none
@@ -240,8 +240,7 @@ contains
       real(wp), intent(out) :: rhs
       real(wp), parameter :: grazing = 0.1_wp !! smallest sine of the angle between line and circle at which their intersection is
       !! used
-      real(wp) :: x(system%n), y
-      real(wp) :: a, b, c, root, discriminant, weight
+      real(wp) :: x(system%n), y, a, b, c, root, discriminant, weight
       real(wp), dimension(3, size(so_far, 2)) :: line, fixed, at
       logical :: ok
       ! Correction at constant load factor, caused by the residuals.
@@ -259,8 +258,7 @@ contains
       c = metric(problem, at, at) + weight * dl**2 - control%increment**2
       discriminant = b**2 - a * c
       root = -b / a
-      if (discriminant > 0.0_wp) root = root + sign(sqrt(discriminant) / a, &
-         & metric(problem, so_far, line) + weight * dl)
+      if (discriminant > 0.0_wp) root = root + sign(sqrt(discriminant) / a, metric(problem, so_far, line) + weight * dl)
       if (discriminant > (grazing * control%increment)**2 * a) then
          at = at + root * line
          rhs = metric(problem, at, fixed + root * line) + weight * (dl + root) * root

@@ -204,8 +204,7 @@ contains
    pure function twins(node, n_nodes) result(twin)
       integer, intent(in) :: node(:)           !! (candidates) node of each candidate
       integer, intent(in) :: n_nodes
-      integer :: twin(size(node))
-      integer :: first(n_nodes), last(n_nodes), c
+      integer :: twin(size(node)), first(n_nodes), last(n_nodes), c
       first = 0
       last = 0
       do c = 1, size(node)

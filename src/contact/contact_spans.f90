@@ -72,8 +72,7 @@ contains
       type(model_t), intent(in) :: model    !! model of the deck
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: contact        !! index into model%contact
-      logical :: covers(size(layout%rod_segment))
-      logical :: member(model%mesh%n_nodes)
+      logical :: covers(size(layout%rod_segment)), member(model%mesh%n_nodes)
       integer :: k
       member = .false.
       member(model%contact(contact)%node) = .true.

@@ -219,8 +219,7 @@ contains
    !> Coordinates shifted by whole turns around a closed rod so that they are nearest to another coordinate.
    pure function brought_near(strip, at, to) result(near)
       type(strip_t), intent(in) :: strip
-      real(wp), intent(in) :: at(:)
-      real(wp), intent(in) :: to
+      real(wp), intent(in) :: at(:), to
       real(wp) :: near(size(at))
       near = at
       if (strip%closed) near = at + strip%length() * anint((to - sum(at) / size(at)) / strip%length())

@@ -7,8 +7,7 @@ module contact_set
    use rod_state, only: state_t
    use linear_system, only: system_t
    use bordered_system, only: solve_bordered
-   use contact_response, only: predict_contact
-   use contact_lcp, only: contact_lcp_t, new_contact_lcp, add_candidates, solve_contact_lcp, add_solution
+   use contact_lcp, only: contact_lcp_t, new_contact_lcp, add_candidates, solve_contact_lcp, add_solution, predict_contact
    use timing, only: timing_start, timing_stop, count_up, phase_contact, counter_set_changes
    implicit none
    private

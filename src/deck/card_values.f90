@@ -151,12 +151,11 @@ contains
    end function lines_sound
 
    !> True if a parameter or field is given.
-   logical function given(self, name, nth)
+   logical function given(self, name)
       class(card_values_t), intent(in) :: self
       character(*), intent(in) :: name       !! name of the parameter or field in the card table
-      integer, intent(in), optional :: nth   !! number of the value, if the field repeats; default: 1
       type(found_t) :: found
-      found = find(self, name, nth)
+      found = find(self, name)
       given = found%given
    end function given
 

@@ -9,7 +9,7 @@ module deck_cards
    use diagnostics, only: diagnostics_t, place_t
    implicit none
    private
-   public :: deck_t, card_t, split_deck, line_end
+   public :: deck_t, split_deck, line_end
 
    !> A parameter of a card as the deck gives it.
    type :: parameter_t

@@ -14,20 +14,17 @@ module deck_to_model
    use checked_deck, only: checked_deck_t
    use read_mesh, only: read_mesh_cards
    use read_imperfections, only: read_imperfection_cards, read_mode_imperfection_cards
-   use read_distributions, only: read_distribution_cards
-   use read_sections, only: read_section_cards
+   use read_sections, only: read_section_cards, read_distribution_cards
    use read_supports, only: read_support_cards, read_spring_cards, read_gap_cards
    use read_ties, only: read_release_cards, read_tie_cards, order_ties
    use read_obstacles, only: read_foundation_law_cards, read_obstacle_cards
    use wall_pieces, only: join_walls
    use read_contact, only: read_contact_cards, read_soil_cards, choose_contact_points
-   use read_monitors, only: read_monitor_cards, read_contact_print_cards
+   use read_monitors, only: read_monitor_cards, read_contact_print_cards, read_accuracy_cards, check_placed
    use read_steps, only: read_step_cards, read_path_cards, check_steps
    use read_loads, only: note_pushed_out, read_load_cards, load_cards
    use read_branches, only: read_branch_cards, read_limit_curve_cards
-   use check_contacts, only: check_ground_candidates, check_contact_of_tied_nodes, check_carriers, &
-      & keep_leaders
-   use read_accuracy, only: read_accuracy_cards, check_placed
+   use check_contacts, only: check_ground_candidates, check_contact_of_tied_nodes, check_carriers, keep_leaders
    implicit none
    private
    public :: read_deck

@@ -67,8 +67,7 @@ contains
       do i = 1, min(diagnostics%n, most_shown)
          report = report//described(diagnostics%item(i))
       end do
-      if (diagnostics%n > most_shown) report = report//'and '//to_text(diagnostics%n - most_shown)//' more'// &
-         new_line('a')
+      if (diagnostics%n > most_shown) report = report//'and '//to_text(diagnostics%n - most_shown)//' more'//new_line('a')
       report = report//plural(diagnostics%n, 'error')//' in '//printable(source%name)//new_line('a')
 
    contains
@@ -76,8 +75,7 @@ contains
       !> Text of one error: file:line:column: message, the line, and carets. Of a long line only the part around the place is shown.
       pure function described(item) result(string)
          type(diagnostic_t), intent(in) :: item
-         character(:), allocatable :: string
-         character(:), allocatable :: line, margin, shown
+         character(:), allocatable :: string, line, margin, shown
          character(8) :: number
          integer :: first, last, from, to
          if (item%place%line == 0 .or. source%n_lines == 0) then

@@ -128,8 +128,7 @@ contains
          else if (is_number) then
             wrong = name//' must be '//trim(bound_words(item%bound))//', not '//quoted(typed)
          else
-            wrong = name//' must be '//trim(merge('an integer', 'a number  ', item%kind == kind_integer))//', not '// &
-               quoted(typed)
+            wrong = name//' must be '//trim(merge('an integer', 'a number  ', item%kind == kind_integer))//', not '//quoted(typed)
          end if
       end function number_error
 

@@ -243,8 +243,7 @@ contains
 
       !> True for the elements with both nodes in a contact.
       pure function within_contact() result(within)
-         logical :: within(model%mesh%n_elements)
-         logical :: candidate(model%mesh%n_nodes)
+         logical :: within(model%mesh%n_elements), candidate(model%mesh%n_nodes)
          candidate = .false.
          candidate(contact%node) = .true.
          within = candidate(model%mesh%node(1, :)) .and. candidate(model%mesh%node(2, :))

@@ -131,8 +131,7 @@ contains
       subroutine read_nodal_offsets()
          character(:), allocatable :: problem
          integer, allocatable :: nodes(:)
-         integer :: place_in_chain(mesh%n_nodes), given_in(mesh%n_nodes)
-         integer :: i
+         integer :: place_in_chain(mesh%n_nodes), given_in(mesh%n_nodes), i
          allocate (offset(size(chain%node)), source=0.0_wp)
          place_in_chain = 0
          given_in = 0

@@ -3,8 +3,7 @@ module read_loads
    use kinds, only: wp
    use text, only: to_text
    use model, only: model_t, load_t, new_load
-   use pole_load, only: pole_load_t
-   use load_pattern, only: line_load_t
+   use load_pattern, only: line_load_t, pole_load_t
    use distribution, only: distributed_t
    use cross_section, only: varies
    use element_families, only: collocates
@@ -13,7 +12,7 @@ module read_loads
    use checked_deck, only: checked_deck_t
    use deck_names, only: node_words, element_words
    use read_supports, only: read_dofs
-   use read_distributions, only: read_distributed
+   use read_sections, only: read_distributed
    implicit none
    private
    public :: note_pushed_out, read_load_cards, load_cards
@@ -315,8 +314,7 @@ contains
             load%closing(obstacle) = load%closing(obstacle) + deck%real('interference')
          else if (shrunk_in(obstacle) > 0) then
             call deck%wrong('obstacle', deck%source%line_words(shrunk_in(obstacle))//' pushes out all that penetrates already')
-         else if (.not. (deck%names%contacts_incomplete .or. deck%names%mesh_incomplete .or. behind .or. &
-            deck%names%has_modes)) then
+         else if (.not. (deck%names%contacts_incomplete .or. deck%names%mesh_incomplete .or. behind .or. deck%names%has_modes)) then
             call deck%wrong('obstacle', 'nothing begins behind '//trim(model%obstacle(obstacle)%name))
          else
             load%resolved(obstacle) = 1.0_wp

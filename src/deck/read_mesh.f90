@@ -58,9 +58,9 @@ contains
          case ('ELEMENT')
             call read_elements()
          case ('NSET')
-            call read_set(deck%names%node)
+            call read_set(deck, deck%names%node)
          case ('ELSET')
-            call read_set(deck%names%element)
+            call read_set(deck, deck%names%element)
          case ('SPLINE')
             call read_spline()
          case default
@@ -92,7 +92,7 @@ contains
 
       subroutine read_nodes()
          do while (deck%next_line())
-            if (.not. is_new_label(deck%names%node)) cycle
+            if (.not. is_new_label(deck, deck%names%node)) cycle
             call new_node(deck%integer('label'), [deck%real('x'), deck%real('y')])
             call deck%names%node%append(node_set, [grown%n_nodes])
          end do
@@ -101,7 +101,7 @@ contains
       subroutine read_elements()
          integer :: node(2)
          do while (deck%next_line())
-            if (.not. is_new_label(deck%names%element)) cycle
+            if (.not. is_new_label(deck, deck%names%element)) cycle
             node = end_nodes('second node')
             if (minval(node) > 0) then
                call new_element(deck%integer('label'), node, 0, [0.0_wp, norm2(grown%x(:, node(2)) - grown%x(:, node(1)))], .false.)
@@ -110,16 +110,6 @@ contains
             end if
          end do
       end subroutine read_elements
-
-      !> True if the label of a line is not in use yet; otherwise an error is added.
-      logical function is_new_label(labels) result(is_new)
-         type(labels_t), intent(in) :: labels   ! labels of nodes or elements
-         integer :: old
-         old = labels%find(deck%integer('label'))
-         is_new = old == 0
-         if (.not. is_new) call deck%wrong('label', trim(labels%what)//' '//to_text(deck%integer('label'))// &
-            ' was defined in '//deck%source%line_words(labels%line(old)))
-      end function is_new_label
 
       !> Reads *LINE, *ARC, *RING and *ELLIPSE: each data line defines one curve.
       subroutine read_curves()
@@ -288,50 +278,6 @@ contains
          end do
       end subroutine mesh_curve
 
-      !> Reads *NSET and *ELSET.
-      subroutine read_set(labels)
-         type(labels_t), pointer, intent(in) :: labels ! labels of nodes or elements
-         integer :: set, k
-         call labels%begin_set(deck%text(deck%at%keyword), set)
-         do while (deck%next_line())
-            if (deck%given('GENERATE')) then
-               call labels%append(set, range_of(labels))
-               cycle
-            end if
-            do k = 1, deck%count(deck%field_name(1))
-               if (labels%what == 'node') call labels%append(set, deck%nodes(deck%field_name(1), k))
-               if (labels%what == 'element') call labels%append(set, deck%elements(deck%field_name(1), k))
-            end do
-         end do
-      end subroutine read_set
-
-      !> Reads one line of a set with GENERATE.
-      function range_of(labels) result(members)
-         type(labels_t), intent(in) :: labels       ! labels of nodes or elements
-         integer, allocatable :: members(:)         ! nodes or elements up to the first that is not defined
-         integer :: first, last, increment, label, n
-         first = deck%integer('first')
-         last = deck%integer('last')
-         increment = deck%integer('increment')
-         allocate (members(0))
-         if (last < first) then
-            call deck%wrong('last', 'the last label must not be below the first one')
-         else if (mod(last - first, increment) /= 0) then
-            call deck%wrong_line('the last label is not a whole number of increments from the first one')
-         else
-            members = reshape(members, [min((last - first) / increment, labels%n) + 1], pad=[0])
-            do n = 1, (last - first) / increment + 1
-               label = first + (n - 1) * increment
-               members(n) = labels%find(label)
-               if (members(n) > 0) cycle
-               if (.not. deck%names%mesh_incomplete) call deck%wrong_line(trim(labels%what)//' '//to_text(label)// &
-                  ' is not defined above this line')
-               members = members(:n - 1)
-               return
-            end do
-         end if
-      end function range_of
-
       !> First and second node of an element or of a row of elements. If they cannot be used, an error is added and the result is 0.
       function end_nodes(second) result(node)
          character(*), intent(in) :: second         ! name of the field that has the second node
@@ -365,4 +311,61 @@ contains
          call deck%names%element%append(element_set, [deck%names%element%n])
       end subroutine new_element
    end subroutine read_mesh_cards
+
+   !> True if the label of a line is not in use yet; otherwise an error is added.
+   logical function is_new_label(deck, labels) result(is_new)
+      type(checked_deck_t), intent(inout) :: deck
+      type(labels_t), intent(in) :: labels   ! labels of nodes or elements
+      integer :: old
+      old = labels%find(deck%integer('label'))
+      is_new = old == 0
+      if (.not. is_new) call deck%wrong('label', trim(labels%what)//' '//to_text(deck%integer('label'))// &
+         ' was defined in '//deck%source%line_words(labels%line(old)))
+   end function is_new_label
+
+   !> Reads *NSET and *ELSET.
+   subroutine read_set(deck, labels)
+      type(checked_deck_t), intent(inout), target :: deck
+      type(labels_t), pointer, intent(in) :: labels ! labels of nodes or elements
+      integer :: set, k
+      call labels%begin_set(deck%text(deck%at%keyword), set)
+      do while (deck%next_line())
+         if (deck%given('GENERATE')) then
+            call labels%append(set, range_of(deck, labels))
+            cycle
+         end if
+         do k = 1, deck%count(deck%field_name(1))
+            if (labels%what == 'node') call labels%append(set, deck%nodes(deck%field_name(1), k))
+            if (labels%what == 'element') call labels%append(set, deck%elements(deck%field_name(1), k))
+         end do
+      end do
+   end subroutine read_set
+
+   !> Reads one line of a set with GENERATE.
+   function range_of(deck, labels) result(members)
+      type(checked_deck_t), intent(inout) :: deck
+      type(labels_t), intent(in) :: labels       ! labels of nodes or elements
+      integer, allocatable :: members(:)         ! nodes or elements up to the first that is not defined
+      integer :: first, last, increment, label, n
+      first = deck%integer('first')
+      last = deck%integer('last')
+      increment = deck%integer('increment')
+      allocate (members(0))
+      if (last < first) then
+         call deck%wrong('last', 'the last label must not be below the first one')
+      else if (mod(last - first, increment) /= 0) then
+         call deck%wrong_line('the last label is not a whole number of increments from the first one')
+      else
+         members = reshape(members, [min((last - first) / increment, labels%n) + 1], pad=[0])
+         do n = 1, (last - first) / increment + 1
+            label = first + (n - 1) * increment
+            members(n) = labels%find(label)
+            if (members(n) > 0) cycle
+            if (.not. deck%names%mesh_incomplete) call deck%wrong_line(trim(labels%what)//' '//to_text(label)// &
+               ' is not defined above this line')
+            members = members(:n - 1)
+            return
+         end do
+      end if
+   end function range_of
 end module read_mesh

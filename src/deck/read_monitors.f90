@@ -1,19 +1,28 @@
 !> Reads *MONITOR (displacements and reactions of nodes, contact reactions of obstacles, section quantities) and *CONTACT PRINT
-!> (columns of the listing with the beginning or end of contact).
+!> (columns of the listing with the beginning or end of contact). Reads *ACCURACY, too, and checks the conditions under which the
+!> number of elements may be omitted.
 module read_monitors
    use kinds, only: wp
    use text, only: to_text, same_name
-   use model, only: model_t, monitor_t, contact_print_t, quantity_reaction, quantity_contact, quantity_section, &
-      & section_moment, section_stress
+   use model, only: model_t, monitor_t, contact_print_t, quantity_reaction, quantity_contact, quantity_section, section_moment, &
+      & section_stress, step_t
    use cross_section, only: outer_fibre
    use item_values, only: component_dof
    use deck_names, only: element_words
    use distribution, only: same_length
    use obstacle_types, only: obstacle_circle, obstacle_arc
    use checked_deck, only: checked_deck_t
+   use rod_layout, only: layout_t, new_layout
    implicit none
    private
-   public :: read_monitor_cards, read_contact_print_cards
+   public :: read_monitor_cards, read_contact_print_cards, read_accuracy_cards, check_placed
+
+   real(wp), parameter :: widest = 0.01_wp       !! widest error bar of a load, over the load, if the deck requests no accuracy
+   ! Tolerances of the residual and of event locations over the requested error. The residual should be a tenth of the error that
+   ! the last correction leaves, see corrector. If the tolerance turns out to be too large, the iteration is continued:
+   real(wp), parameter :: part_of_residual = 1.0e-3_wp, part_of_place = 0.01_wp
+   real(wp), parameter :: closest = 1.0e-11_wp   !! smallest tolerance of event locations; below it the event function is rounding
+   real(wp), parameter :: coarsest = 1.0e-5_wp   !! largest tolerance of the residual: a tenth of the limit in the balance checks
 
 contains
 
@@ -123,4 +132,118 @@ contains
          end associate
       end do
    end subroutine read_contact_print_cards
+
+   !> Sets the error bars and errors that the steps request. If the program makes the mesh, every step has a requested error.
+   subroutine read_accuracy_cards(deck, model)
+      type(checked_deck_t), intent(inout) :: deck       !! contains the monitors
+      type(model_t), intent(inout) :: model             !! contains its steps
+      integer :: s, k
+      logical :: makes_mesh
+      makes_mesh = any(model%mesh%placed)
+      call deck%visit_omitted('ACCURACY')
+      do s = 1, size(model%step)
+         model%step(s)%asked_of = [(k, k=0, size(model%monitor))]
+         model%step(s)%widest_bar = widest
+         call read_card(deck, makes_mesh, model%step(s))
+      end do
+      call deck%rewind()
+      do while (deck%next_card('ACCURACY'))
+         call read_card(deck, makes_mesh, model%step(deck%at%step))
+      end do
+      if (makes_mesh) call balance_iteration(deck, model)
+   end subroutine read_accuracy_cards
+
+   !> Adjusts the tolerances of the iteration to the requested error: an error of 1e-3 does not need a residual of 1e-9. The errors
+   !> left by Newton's method and by the location of events become a small part of the requested error. Tolerances that the deck
+   !> gives are kept.
+   subroutine balance_iteration(deck, model)
+      type(checked_deck_t), intent(inout) :: deck
+      type(model_t), intent(inout) :: model
+      logical :: locate_given(size(model%step))
+      integer :: s
+      locate_given = .false.
+      do while (deck%next_card('CONTROLS'))
+         locate_given(deck%at%step) = deck%given('LOCATE')
+      end do
+      do s = 1, size(model%step)
+         associate (step => model%step(s), finest => min(model%step(s)%asked, model%step(s)%asked_of_path))
+            if (.not. step%tolerance_given) step%tolerance = max(step%tolerance, min(part_of_residual * finest, coarsest))
+            if (.not. locate_given(s)) step%locate_tolerance = max(closest, min(part_of_place * finest, coarsest))
+         end associate
+      end do
+   end subroutine balance_iteration
+
+   !> Reads one *ACCURACY card.
+   subroutine read_card(deck, makes_mesh, step)
+      type(checked_deck_t), intent(inout) :: deck
+      logical, intent(in) :: makes_mesh
+      type(step_t), intent(inout) :: step
+      integer :: monitor
+      step%error_bars = deck%word('POINTS') /= 'NONE'
+      step%bars_everywhere = deck%word('POINTS') == 'ALL'
+      if (makes_mesh .or. deck%given('TOLERANCE')) then
+         step%asked = deck%real('TOLERANCE')
+         step%widest_bar = step%asked
+      end if
+      step%asked_of_path = step%asked
+      if (deck%given('PATH')) step%asked_of_path = deck%real('PATH')
+      if (deck%given('WIDEST')) step%widest_bar = deck%real('WIDEST')
+      if (deck%given('PATH') .and. .not. makes_mesh) call deck%wrong('PATH', 'PATH goes with a number of elements that is left out')
+      if (makes_mesh .and. .not. step%error_bars) call deck%wrong('POINTS', &
+         'POINTS must not be NONE where a number of elements is left out')
+      if (deck%at%n_lines == 0) return
+      step%asked_of = [integer ::]
+      do while (deck%next_line())
+         monitor = deck%quantity('monitor')
+         if (monitor >= 0) step%asked_of = [step%asked_of, monitor]
+      end do
+   end subroutine read_card
+
+   !> Checks omitted numbers of elements: an error estimate by elements of the next order must exist, and it must be permitted to
+   !> move the nodes along the rod.
+   subroutine check_placed(deck, model)
+      type(checked_deck_t), intent(inout) :: deck       !! contains the lines that omit numbers of elements
+      type(model_t), intent(in) :: model                !! model of a completely read deck without errors
+      type(layout_t) :: layout
+      logical :: reported(size(deck%names%placed_line))
+      character(:), allocatable :: why
+      integer :: e, k
+      if (.not. any(model%mesh%placed)) return
+      layout = new_layout(model)
+      reported = .false.
+      do k = 1, size(layout%rod_segment)
+         if (.not. layout%rod_segment(k)%placed) cycle
+         e = layout%rod_segment(k)%element(1)
+         associate (curve => model%mesh%curve(e))
+            if (reported(curve)) cycle
+            why = why_not(model, e, layout%rod_segment(k)%free)
+            reported(curve) = why /= ''
+            if (.not. reported(curve)) cycle
+            deck%at = deck%at_line(deck%names%placed_line(curve))
+            call deck%wrong_line('the number of elements cannot be left out here: '//why)
+         end associate
+      end do
+      call deck%rewind()
+   end subroutine check_placed
+
+   !> Reason why the mesh of a rod segment cannot be made for a tolerance; '' if it can.
+   function why_not(model, e, free) result(why)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: e                ! index of the segment's first element
+      logical, intent(in) :: free             ! true: the nodes of the segment may move along the rod
+      character(:), allocatable :: why
+      logical :: member(model%mesh%n_nodes)
+      integer :: c
+      why = ''
+      if (.not. free) why = 'its nodes have to stay'
+      do c = 1, size(model%contact)
+         member = .false.
+         member(model%contact(c)%node) = .true.
+         if (.not. all(member(model%mesh%node(:, e)))) cycle
+         associate (obstacle => model%obstacle(model%contact(c)%obstacle), contact => model%contact(c))
+            if (obstacle%at_nodes .or. (obstacle%rigid .and. contact%along) .or. contact%distributed) cycle
+            why = 'contact with '//trim(obstacle%name)//' acts at the nodes'
+         end associate
+      end do
+   end function why_not
 end module read_monitors

@@ -6,8 +6,8 @@ module read_obstacles
    use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, obstacle_spline, &
       & ground_independent, ground_half_space, ground_pasternak
    use obstacle_curve, only: crosses_itself
-   use obstacle_shapes, only: arc_curve, ellipse_points, polyline_curve, with_neighbours_added, misfit, spline_curve, &
-      corner_turn, widest_corner_radius, default_corner_radius, mirrored
+   use obstacle_shapes, only: arc_curve, ellipse_points, polyline_curve, misfit, spline_curve, corner_turn, widest_corner_radius, &
+      & default_corner_radius, mirrored
    use checked_deck, only: checked_deck_t
    implicit none
    private
@@ -226,7 +226,10 @@ contains
          if (.not. ok) return
          beyond = merge(2, 0, closed)
          before = deck%at%line - size(own)
-         point = with_neighbours_added(obstacle%point, closed)
+         point = obstacle%point
+         associate (n => size(point, 2)) ! each point of a closed polyline has two neighbours on both sides
+            if (closed) point = reshape([point(:, n - 1:n), point, point(:, 1:2)], [2, n + 4])
+         end associate
          do i = 2, size(point, 2) - 1
             if (i <= beyond .or. i > size(point, 2) - beyond) cycle
             if (abs(corner_turn(point, i)) < back * degree) cycle

@@ -31,7 +31,7 @@ module conforming_element
    use gauss_tableau, only: tableau_t, max_stages, stage_basis
    use small_dense, only: solve_small
    use rod_load, only: ge_load_t, line_at_stage, line_at
-   use rod_compliance, only: ge_stiffness_t
+   use ge_data, only: ge_stiffness_t
    use inner_forces, only: inner_forces_t
    use obstacle_track, only: track_t, track_at, track_between, track_ahead
    implicit none
@@ -318,8 +318,7 @@ contains
       call stage_basis(tab, tau, basis)
       here = track_beyond(output%element, obstacle, output%near, dot_product(basis(:tab%stages), output%run(:tab%stages)))
       p = output%element%z(1) + dot_product(basis(:tab%stages), output%pull(:tab%stages))
-      if (abs(output%miss) > 0.0_wp) &
-         & p = p + output%miss * tau * product((tau - tab%c(:tab%stages)) / (1.0_wp - tab%c(:tab%stages)))
+      if (abs(output%miss) > 0.0_wp) p = p + output%miss * tau * product((tau - tab%c(:tab%stages)) / (1.0_wp - tab%c(:tab%stages)))
    end subroutine output_at
 
    !> Section forces inside an element. As in ge_element: n' = -q - p J r' - f, m' = -r' x n, N positive in tension, Q along the

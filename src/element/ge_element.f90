@@ -66,8 +66,7 @@ contains
       type(ge_stages_t) :: stages
       real(wp) :: change(n_by, element%unknowns - 3 + inner%n) ! increments at the stages as linear functions of the columns, see
       ! ge_equations
-      real(wp) :: dend(n_by, 3), dtail(n_by, 3), end_defect(3), tail(3)
-      real(wp) :: flexibility(3, 3), end_weight(3)
+      real(wp) :: dend(n_by, 3), dtail(n_by, 3), end_defect(3), tail(3), flexibility(3, 3), end_weight(3)
       real(wp), dimension(ge_columns + 2, 3) :: ends, tails
       integer :: s
       logical :: anchored, singular

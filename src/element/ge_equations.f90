@@ -12,8 +12,7 @@ module ge_equations
    public :: solve_stages, by_rotation, by_nx, by_ny, by_m, by_residual, by_load, by_x, by_y, n_by
 
    !> Columns of these linear functions: rotation, n and m at the first end, residual, load factor, position of the first node.
-   integer, parameter :: by_rotation = 1, by_nx = 2, by_ny = 3, by_m = 4, by_residual = 5, by_load = 6, &
-      & by_x = 7, by_y = 8, n_by = 8
+   integer, parameter :: by_rotation = 1, by_nx = 2, by_ny = 3, by_m = 4, by_residual = 5, by_load = 6, by_x = 7, by_y = 8, n_by = 8
    real(wp), parameter :: moment_rounding = 8.0_wp * epsilon(1.0_wp) !! relative rounding error of a moment, which is a sum of eight
    !! products of force and length
 

@@ -182,8 +182,7 @@ contains
       real(wp) :: change(2, max_stages)        !! (2, stages) only the element's stages are set
       real(wp) :: phi, nn(2), t(2), axial, shear
       integer :: i
-      associate (s => tab%stages, h => element%g%length, compliance => element%compliance, &
-         & load => element%load)
+      associate (s => tab%stages, h => element%g%length, compliance => element%compliance, load => element%load)
          do i = 1, s
             phi = element%u(3) + h * compliance%bending * dot_product(tab%a(i, :s) * compliance%part(2, :s), element%z(4:3 + s)) + &
                & (tab%c(i) * h) * load%curvature

@@ -74,8 +74,7 @@ contains
                if (.not. model%distribution(k)%contains_element(c, g%s, model%curve(c)%length)) cycle
                do i = 1, model%mesh%stages(e)
                   call curve_point(model%curve(c), model%imperfection, g%at(i), x, angle, speed)
-                  call model%distribution(k)%value_at(g%at(i) + model%distribution(k)%offset(c), x, geometry%sample(k, i, e), &
-                     & wrong)
+                  call model%distribution(k)%value_at(g%at(i) + model%distribution(k)%offset(c), x, geometry%sample(k, i, e), wrong)
                   if (wrong /= '') error stop 'a *DISTRIBUTION has no value at a place that the reader did not check'
                end do
             end do
@@ -217,7 +216,6 @@ contains
             geometry%element(e) = element_geometry(model, tableau, e, s, geometry%x(:, node(1)), geometry%x(:, node(2)))
          end associate
       end do
-      call take_samples(model, geometry, abs(shift(model%mesh%node(1, :))) > 0.0_wp .or. &
-         & abs(shift(model%mesh%node(2, :))) > 0.0_wp)
+      call take_samples(model, geometry, abs(shift(model%mesh%node(1, :))) > 0.0_wp .or. abs(shift(model%mesh%node(2, :))) > 0.0_wp)
    end subroutine shift_nodes
 end module rod_geometry

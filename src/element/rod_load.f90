@@ -5,7 +5,7 @@ module rod_load
    use gauss_tableau, only: tableau_t, max_stages
    implicit none
    private
-   public :: ge_load_t, variation_t, acts, largest_line, line_at_stage, line_before, sum_line, line_at
+   public :: ge_load_t, variation_t, largest_line, line_at_stage, line_before, sum_line, line_at
 
    !> Difference between a varying dead load and its uniform part at the stages; entries behind the last stage are zero.
    type :: variation_t
@@ -26,12 +26,6 @@ module rod_load
    end type ge_load_t
 
 contains
-
-   !> True if an element has dead load or pressure at the present load factor.
-   pure logical function acts(load)
-      type(ge_load_t), intent(in) :: load
-      acts = allocated(load%more) .or. any(abs([load%line, load%pressure, load%gradient]) > 0.0_wp)
-   end function acts
 
    !> Largest magnitude of each component of the dead load along the element.
    pure function largest_line(load) result(largest)

@@ -30,8 +30,7 @@ contains
       real(wp), intent(in) :: z_base(3)       !! stored forces of the last converged configuration
       real(wp), intent(out) :: f(6), k(6, 6), fl(6) !! end forces; tangent; minus the derivative of f by the load factor
       real(wp), intent(out) :: z(3)           !! stored forces of the present configuration
-      real(wp) :: force(3)
-      real(wp) :: d(2), d_base(2), change(2), l, l_base, e(2), stretch, turn, phi(2)
+      real(wp) :: force(3), d(2), d_base(2), change(2), l, l_base, e(2), stretch, turn, phi(2)
       real(wp) :: ba(6), bt(6), b1(6), b2(6), side(2), line(2), line_rate(2)
       integer :: i, j
 

@@ -20,8 +20,7 @@ contains
       real(wp), intent(in) :: tau                   !! place in the element, 0 to 1 of its stress-free length
       real(wp), intent(in) :: place(2)              !! deformed position of the point
       real(wp), intent(in) :: rate(2)               !! derivative of the deformed position with respect to the stress-free length
-      real(wp) :: density(2, 0:1)
-      real(wp) :: home(2), angle, gap, normal(2), bend, push, spring, way(2)
+      real(wp) :: density(2, 0:1), home(2), angle, gap, normal(2), bend, push, spring, way(2)
       integer :: i
       density = 0.0_wp
       if (.not. problem%ground%founded(e)) return

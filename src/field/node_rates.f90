@@ -62,8 +62,7 @@ contains
       type(ge_here_t), intent(inout), optional :: here !! element of the same state, or undefined, see keep_ge
       type(section_t) :: section
       real(wp), dimension(2) :: dn, ddn, line, line_slope
-      real(wp) :: ground(2, 0:1)
-      real(wp) :: pressure, bend, bend_rate, turn, turn_rate, along(0:2), across(0:2)
+      real(wp) :: ground(2, 0:1), pressure, bend, bend_rate, turn, turn_rate, along(0:2), across(0:2)
       call find_section(problem, state, e, side, section, here)
       associate (load => section%load, n => section%n, t => section%t, nu => section%nu, compliance => problem%compliance(e), &
          & c => problem%model%mesh%curve(e))
@@ -155,8 +154,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau !! place in the element, 0 to 1 of its stress-free length
-      real(wp) :: resultant(3)
-      real(wp) :: at(0:max_stages + 1), weight(0:max_stages + 1), end(3)
+      real(wp) :: resultant(3), at(0:max_stages + 1), weight(0:max_stages + 1), end(3)
       integer :: i, j, n, s, next
       logical :: goes_on
       s = problem%model%mesh%stages(e)

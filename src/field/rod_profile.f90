@@ -283,8 +283,7 @@ contains
    pure function hermite_sum(mend, order) result(sum)
       real(wp), intent(in) :: mend(2, 3, 2)      !! (components, derivatives, ends) given derivatives
       integer, intent(in) :: order
-      real(wp) :: sum(2, 3, 2)
-      real(wp) :: binomial, factorial
+      real(wp) :: sum(2, 3, 2), binomial, factorial
       integer :: j, k
       sum = 0.0_wp
       factorial = 1.0_wp
@@ -304,8 +303,7 @@ contains
       real(wp), intent(in) :: sum(2, 3, 2)
       integer, intent(in) :: order
       real(wp), intent(in) :: t
-      real(wp) :: x(2)
-      real(wp) :: second(2), r
+      real(wp) :: x(2), second(2), r
       integer :: k
       r = 1.0_wp - t
       x = 0.0_wp
@@ -323,8 +321,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(profile_t), intent(in) :: profile        !! profile after a call of mend_rotation
       real(wp), intent(in) :: tau
-      real(wp) :: u(3)
-      real(wp) :: twist(2, 3, 2), turn(2)
+      real(wp) :: u(3), twist(2, 3, 2), turn(2)
       u = profile_displacement(problem, profile, tau)
       twist = 0.0_wp
       twist(1, :2, :) = profile%twist
@@ -337,8 +334,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
-      real(wp) :: u(3)
-      real(wp) :: d(2)
+      real(wp) :: u(3), d(2)
       d = 0.0_wp
       if (profile%curved) d = deviation(problem, profile, tau)
       u = displacement_beside(profile, tau, d)
@@ -404,8 +400,7 @@ contains
       real(wp), intent(in) :: du(6)                 !! changes of the displacements of both nodes
       real(wp), intent(in) :: dz(:)                 !! (z_size) changes of the stored section forces
       real(wp), intent(in) :: load_change           !! change of the load factor
-      real(wp) :: rate(3)
-      real(wp) :: basis(max_stages), slope(2, max_stages), d(2)
+      real(wp) :: rate(3), basis(max_stages), slope(2, max_stages), d(2)
       type(ge_data_t) :: element
       element = ge_at(problem, state, profile%element)
       associate (s => problem%model%mesh%stages(profile%element), g => element%g, compliance => element%compliance, &
@@ -509,20 +504,13 @@ contains
          ! The deviation is taken from a table, because the quadratures of foundations evaluate it at very many points.
          d = home_deviation(problem%ground, profile%element, tau)
       else
-         call curve_point(problem%model%curve(problem%model%mesh%curve(profile%element)), problem%model%imperfection, &
-            & abscissa(problem, profile, tau), x, angle, speed)
+         associate (curve => problem%model%curve(problem%model%mesh%curve(profile%element)))
+            call curve_point(curve, problem%model%imperfection, curve_abscissa(curve, problem%model%imperfection, profile%s, &
+               & tau * profile%length, profile%excess), x, angle, speed)
+         end associate
          d = x - polynomial(profile%axis, profile%degree, tau)
       end if
    end function deviation
-
-   !> Nominal coordinate of a place in the element.
-   pure real(wp) function abscissa(problem, profile, tau) result(s)
-      type(problem_t), intent(in) :: problem
-      type(profile_t), intent(in) :: profile
-      real(wp), intent(in) :: tau
-      s = curve_abscissa(problem%model%curve(problem%model%mesh%curve(profile%element)), problem%model%imperfection, &
-         & profile%s, tau * profile%length, profile%excess)
-   end function abscissa
 
    !> Rotation at a place in the element [rad].
    pure real(wp) function rotation_at(profile, tau)

@@ -162,8 +162,7 @@ contains
       !! forces on them
       type(kept_t) :: kept(2)                   ! data of two neighbouring elements, which are needed alternately
       real(wp) :: tau
-      integer :: range(2, to%model%mesh%n_elements)
-      integer :: d, e, i, j, old, node, near
+      integer :: range(2, to%model%mesh%n_elements), d, e, i, j, old, node, near
       range(1, :) = 1
       range(2, :) = from%model%mesh%n_elements
       if (present(moved)) then
@@ -363,8 +362,7 @@ contains
       pure logical function lies_there(element)
          integer, intent(in) :: element
          lies_there = from%conforms(element) > 0
-         if (lies_there) lies_there = from%candidates%obstacle(from%conforms(element)) == &
-            & to%candidates%obstacle(to%conforms(e))
+         if (lies_there) lies_there = from%candidates%obstacle(from%conforms(element)) == to%candidates%obstacle(to%conforms(e))
       end function lies_there
    end subroutine carry_resultants
 

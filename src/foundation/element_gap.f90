@@ -41,7 +41,7 @@ module element_gap
       real(wp) :: sample(0:most_samples) = 0.0_wp
    end type element_gap_t
 
-   !> A known root of the gap. In a search for extreme values the gap is divided by it (see ground_ends).
+   !> A known root of the gap. In a search for extreme values the gap is divided by it (see ground_events).
    type :: gap_root_t
       real(wp) :: at = 0.0_wp !! position of the root, in the unit of the caller (part of an element, or arc length along the rod)
       real(wp) :: scale = 1.0_wp                !! unit of distances from the root, > 0

@@ -6,7 +6,7 @@ module ground_cuts
    use rod_state, only: state_t
    use ground_mark, only: cut_t, mark_t
    use ground_segments, only: has_kinks, element_cuts, gap_rounding, crosses_at, segment_at, decay_length
-   use ground_marks, only: is_live
+   use ground_following, only: is_live
    use remeshed_model, only: division_t
    use mesh_density, only: mesh_density_t, between, equal_shares
    use force_law, only: segment_unknown
@@ -22,8 +22,8 @@ module ground_cuts
    !> length of a boundary layer beside the point. The second value is for foundations along a rod. Shorter spans open and close
    !> with the square root of the load, or continue beyond the boundary, where an interface point cannot move. Without interface
    !> points the elements determine such contact themselves; the relative error of the force is the third power of this number. The
-   !> error bars do not contain the kink of a foundation along a rod without interface point (inner_kinks); its error must therefore
-   !> be smaller.
+   !> error bars do not contain the kink of a foundation along a rod without interface point (element_errors); its error must
+   !> therefore be smaller.
    real(wp), parameter :: shortest_of_layer = 0.1_wp, shortest_along = 0.01_wp
 
 contains

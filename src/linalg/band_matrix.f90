@@ -10,8 +10,8 @@ module band_matrix
    use lapack, only: dpbtrf, dpbtrs, dgbtrf, dgbtrs, dsytrf, dsytrs
    implicit none
    private
-   public :: band_t, factor_t, new_band, clear_band, add_entry, band_sum, band_times, row_product, add_row, factorise, &
-      & solve_factored, spring_forces, factor_symmetric
+   public :: band_t, factor_t, new_band, add_entry, band_sum, band_times, row_product, add_row, factorise, solve_factored, &
+      & spring_forces, factor_symmetric
 
    !> Lower band storage of LAPACK: a(1 + i - j, j) = A(i, j), j <= i <= j + kd. The matrix is the sum of the band and of the rows
    !> and columns of the border.
@@ -55,13 +55,6 @@ contains
       band%border = border
       allocate (band%a(band%kd + 1, n), band%beside(n, size(border)), source=0.0_wp)
    end function new_band
-
-   !> Makes a matrix zero.
-   pure subroutine clear_band(band)
-      type(band_t), intent(inout) :: band
-      band%a = 0.0_wp
-      band%beside = 0.0_wp
-   end subroutine clear_band
 
    !> Adds a number to A(i, j) and to A(j, i).
    pure subroutine add_entry(band, i, j, number)
@@ -350,8 +343,7 @@ contains
          do j = 1, size(b, 2)
             b(:, j) = factor%unit * b(:, j)
          end do
-         call dgbtrs('N', factor%n, factor%kd, factor%kd, size(b, 2), factor%lu, 3 * factor%kd + 1, &
-            & factor%pivot, b, factor%n, info)
+         call dgbtrs('N', factor%n, factor%kd, factor%kd, size(b, 2), factor%lu, 3 * factor%kd + 1, factor%pivot, b, factor%n, info)
          do j = 1, size(b, 2)
             b(:, j) = factor%unit * b(:, j)
          end do

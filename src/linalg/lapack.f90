@@ -54,8 +54,7 @@ module lapack
          integer, intent(in) :: n, lda, ldvl, ldvr, lwork
          real(wp), intent(inout) :: a(lda, *)
          real(wp), intent(out) :: wr(*), wi(*)
-         real(wp), intent(inout) :: vl(ldvl, *), vr(ldvr, *)
-         real(wp), intent(inout) :: work(*)
+         real(wp), intent(inout) :: vl(ldvl, *), vr(ldvr, *), work(*)
          integer, intent(out) :: info
       end subroutine dgeev
 
@@ -122,14 +121,12 @@ module lapack
       subroutine dgelsd(m, n, nrhs, a, lda, b, ldb, s, rcond, rank, work, lwork, iwork, info)
          import :: wp
          integer, intent(in) :: m, n, nrhs, lda, ldb, lwork
-         real(wp), intent(inout) :: a(lda, *)
-         real(wp), intent(inout) :: b(ldb, *)
+         real(wp), intent(inout) :: a(lda, *), b(ldb, *)
          real(wp), intent(out) :: s(*)
          real(wp), intent(in) :: rcond
          integer, intent(out) :: rank
          real(wp), intent(out) :: work(*)
-         integer, intent(out) :: iwork(*)
-         integer, intent(out) :: info
+         integer, intent(out) :: iwork(*), info
       end subroutine dgelsd
 
    end interface
@@ -180,9 +177,7 @@ module lapack
       subroutine dptsv(n, nrhs, d, e, b, ldb, info)
          import :: wp
          integer, intent(in) :: n, nrhs, ldb
-         real(wp), intent(inout) :: d(*)
-         real(wp), intent(inout) :: e(*)
-         real(wp), intent(inout) :: b(ldb, *)
+         real(wp), intent(inout) :: d(*), e(*), b(ldb, *)
          integer, intent(out) :: info !! > 0: the leading minor of this order is not positive
       end subroutine dptsv
 

@@ -24,7 +24,10 @@ contains
       integer, allocatable :: contact(:), earlier(:), which(:)
       integer :: k, i, c, n, before, side, e, before_all, segment_first, segment_last
       do k = 1, size(problem%contact_span)
-         call touched_nodes(problem%contact_span(k), division(problem%contact_span(k)%rod_segment)%at, first(k), end(k))
+         associate (span => problem%contact_span(k), at => division(problem%contact_span(k)%rod_segment)%at)
+            first(k) = findloc(at >= span%at(1), .true., 1)
+            end(k) = findloc(at <= span%at(2), .true., 1, back=.true.)
+         end associate
       end do
       n = sum(end - first + 1)
       allocate (contact(n), earlier(n), which(n))
@@ -118,15 +121,6 @@ contains
          end associate
       end function node_of
    end subroutine add_span_candidates
-
-   !> First and last node of a contact span, as positions in the sequence of nodes of the rod segment.
-   pure subroutine touched_nodes(contact_span, at, first, last)
-      type(contact_span_t), intent(in) :: contact_span
-      real(wp), intent(in) :: at(:)                  !! coordinates of all nodes along the segment
-      integer, intent(out) :: first, last
-      first = findloc(at >= contact_span%at(1), .true., 1)
-      last = findloc(at <= contact_span%at(2), .true., 1, back=.true.)
-   end subroutine touched_nodes
 
    !> True if the force of a point contact can roll past an end of a rod segment: there the rod is smooth, and the contact covers
    !> both sides.

@@ -143,8 +143,9 @@ contains
             wanted = wanted * all / max(free, tiny(free))
          else
             least = merge(1, least_conforming, parted)
-            if (is_perfect(base, rod_segment) .and. .not. (founded(base, rod_segment) .or. load_varies(base, rod_segment))) &
-               & wanted = merge(0.0_wp, 0.25_wp, on_straight(base, contact)) * wanted
+            ! On a straight obstacle one element is exact for a perfect rod with linear axial force.
+            if (is_perfect(base, rod_segment) .and. .not. (founded(base, rod_segment) .or. load_varies(base, rod_segment))) wanted &
+               & = merge(0.0_wp, 0.25_wp, base%deck%obstacle(base%deck%contact(contact)%obstacle)%kind == obstacle_line) * wanted
          end if
          wanted = min(wanted, (to - from) / (finest * base%size))
          if (any(cut%rod_segment == rod_segment)) then
@@ -193,13 +194,6 @@ contains
          end associate
       end do
    end function load_varies
-
-   !> True for a straight obstacle: on it one element is exact for a perfect rod with linear axial force.
-   pure logical function on_straight(base, contact)
-      type(problem_t), intent(in) :: base
-      integer, intent(in) :: contact
-      on_straight = base%deck%obstacle(base%deck%contact(contact)%obstacle)%kind == obstacle_line
-   end function on_straight
 
    !> Number of the deck's elements up to a coordinate; the last element is counted as a fraction.
    pure real(wp) function deck_elements(base, rod_segment, at) result(n)

@@ -17,9 +17,8 @@ module touchdown_points
    use state_transfer, only: carry_to
    use rod_geometry, only: shift_nodes
    use span_candidates, only: touch_place
-   use ground_marks, only: mark_step, is_live
    use force_law, only: segment_unknown
-   use ground_following, only: follow_surface, move_layers
+   use ground_following, only: follow_surface, move_layers, mark_step, is_live
    implicit none
    private
    public :: touchdown_t, touchdown_at, misfit, with_held, touchdown_errors, move_touchdown_points, touchdown_travel, &
@@ -138,8 +137,7 @@ contains
    function touchdown_errors(problem, state) result(error)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp) :: error(problem%candidates%n)
-      real(wp) :: slope
+      real(wp) :: error(problem%candidates%n), slope
       integer :: c
       error = 0.0_wp
       do c = 1, size(error)

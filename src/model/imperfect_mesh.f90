@@ -176,8 +176,7 @@ contains
                end associate
             end do
          end do
-         node = pack([(i, i=1, mesh%n_nodes)], offset >= 0.0_wp .and. &
-            & distance > apart * offset + rounding * maxval(abs(mesh%x)))
+         node = pack([(i, i=1, mesh%n_nodes)], offset >= 0.0_wp .and. distance > apart * offset + rounding * maxval(abs(mesh%x)))
       end associate
    end function parted_nodes
 end module imperfect_mesh

@@ -63,8 +63,7 @@ contains
       type(mesh_density_t), intent(in) :: demand
       real(wp), intent(in) :: from, to
       integer, intent(in) :: n
-      real(wp) :: at(n + 1)
-      real(wp) :: whole, passed, piece, low, high
+      real(wp) :: at(n + 1), whole, passed, piece, low, high
       integer :: i, k
       at(1) = from
       at(n + 1) = to

@@ -63,8 +63,7 @@ contains
          call fail(error, 'the centre is one of the nodes')
          return
       else if (abs(radius(1) - radius(2)) > radius_tolerance * maxval(radius)) then
-         call fail(error, 'the nodes are not equally far from the centre: '//to_text(radius(1))//' and '// &
-            to_text(radius(2)))
+         call fail(error, 'the nodes are not equally far from the centre: '//to_text(radius(1))//' and '//to_text(radius(2)))
          return
       else if (norm2(chord) <= radius_tolerance * maxval(radius)) then
          call fail(error, 'the nodes are at the same place; *RING makes a closed circle')
@@ -174,8 +173,7 @@ contains
       real(wp), intent(in) :: length  !! length of the curve
       integer, intent(in) :: n        !! number of elements, 1 or more
       real(wp), intent(in) :: grading !! length of the last element over that of the first, positive; 1 if n = 1
-      real(wp) :: s(0:n)
-      real(wp) :: half_step
+      real(wp) :: s(0:n), half_step
       integer :: i
       half_step = 0.0_wp
       if (n > 1) half_step = 0.5_wp * log(grading) / (n - 1)

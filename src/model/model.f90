@@ -264,8 +264,7 @@ module model
       !! made; 0: none
       real(wp) :: asked_of_path = 0.0_wp        !! requested relative error at all other points; 0: none
       integer, allocatable :: asked_of(:)       !! monitors to which the requested error applies; 0: the load factor
-      type(threshold_t), allocatable :: stop(:)
-      type(threshold_t), allocatable :: locate(:)
+      type(threshold_t), allocatable :: stop(:), locate(:)
       integer, allocatable :: turning(:)        !! monitors whose turning points are located
       type(branch_t), allocatable :: branch(:)
       type(limit_curve_t), allocatable :: limit_curve(:)

@@ -320,7 +320,6 @@ contains
       turn = modulo(turn + pi, 2.0_wp * pi) - pi
       goes_on = abs(turn) <= same .and. abs(second%curvature - first%curvature) * span <= same .and. &
          & second%imperfection == first%imperfection
-      if (first%imperfection > 0) goes_on = goes_on .and. &
-         & abs(second%offset + at_second - first%offset - at_first) <= same * span
+      if (first%imperfection > 0) goes_on = goes_on .and. abs(second%offset + at_second - first%offset - at_first) <= same * span
    end function curve_goes_on
 end module reference_curve

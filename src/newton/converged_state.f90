@@ -8,7 +8,7 @@ module converged_state
    use contact_set, only: overlap_allowed, sign_slack
    use touchdown_points, only: touchdown_t, misfit
    use element_foundation, only: foundation_forces
-   use ground_marks, only: mark_step, mark_spring
+   use ground_following, only: mark_step, mark_spring
    use inner_forces, only: inner_forces_t
    implicit none
    private

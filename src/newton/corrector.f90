@@ -41,8 +41,7 @@ contains
       if (present(keep_contact)) frozen = keep_contact
       call control_row(problem, control, start, state, system, rhs)
       if (frozen .or. .not. problem%model%step(problem%step)%paper_loop) then
-         call iterate(problem, start, control, state, system, rhs, frozen, &
-            & problem%model%step(problem%step)%tangent_updates, report)
+         call iterate(problem, start, control, state, system, rhs, frozen, problem%model%step(problem%step)%tangent_updates, report)
          return
       end if
       ! Fig. 2 of Silveira & Goncalves (2001): LCP at the predictor, equilibrium with the contact set fixed, comparison, repetition.
@@ -55,8 +54,7 @@ contains
          call linearise(problem, state, start, system)
          if (.not. system%ok) exit
          call control_row(problem, control, start, state, system, rhs)
-         call iterate(problem, start, control, state, system, rhs, .true., &
-            & problem%model%step(problem%step)%tangent_updates, report)
+         call iterate(problem, start, control, state, system, rhs, .true., problem%model%step(problem%step)%tangent_updates, report)
          if (.not. report%converged) return
          if (contact_holds(problem, state, system)) return
          report%converged = .false.

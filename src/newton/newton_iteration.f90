@@ -11,12 +11,11 @@ module newton_iteration
    use path_control, only: control_t, control_row, control_error, constraint_tolerance, is_arc_length, metric, follow_nodes
    use state_transfer, only: kept_t
    use contact_set, only: contact_step_t, solve_contact_step
-   use foundation_limits, only: why_too_stiff
    use step_search, only: shorten_step, step_work
    use touchdown_points, only: touchdown_t, move_touchdown_points
    use force_law, only: segment_unknown
    use ground_segments, only: segments_hold, assign_found_segments
-   use ground_pressures, only: advance_pressures
+   use ground_pressures, only: advance_pressures, why_too_stiff
    use increment_report, only: increment_t, effort_of
    use converged_state, only: constraint_residual, contact_holds, keep_resultants
    use timing, only: count_up, counter_newton

@@ -1,5 +1,6 @@
 !> Monitors of displacements: their values and their linearisations (functionals). A monitor refers to the material point named by
-!> the deck, even if the nodes of a contact span move.
+!> the deck, even if the nodes of a contact span move. Also the gap between an obstacle and a point inside an element as a
+!> functional.
 module displacement_functional
    use kinds, only: wp
    use model, only: quantity_displacement
@@ -13,7 +14,7 @@ module displacement_functional
    use rod_profile, only: profile_t, new_profile, profile_place
    implicit none
    private
-   public :: new_displacement_functional, watched_displacement, monitor_change, left_open, add_place
+   public :: new_displacement_functional, watched_displacement, monitor_change, left_open, new_place_gap_functional
 
 contains
 
@@ -133,4 +134,31 @@ contains
             & sqrt(problem%model%step(problem%step)%tolerance) * abs(monitor%factor) * problem%size
       end associate
    end function left_open
+
+   !> The gap with its linearisation: displacement of the point relative to the obstacle along the normal, minus the closing of the
+   !> gap.
+   type(functional_t) function new_place_gap_functional(problem, state, system, contact, e, tau, gap, normal) result(number)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system      !! assembled at `state`
+      integer, intent(in) :: contact            !! index into model%contact
+      integer, intent(in) :: e                  !! index of the element
+      real(wp), intent(in) :: tau               !! place in the element, 0 to 1
+      real(wp), intent(in) :: gap, normal(2)    !! gap at this place; unit gradient of the gap
+      real(wp) :: by_node(3, problem%model%mesh%n_nodes)
+      type(pose_t) :: pose
+      by_node = 0.0_wp
+      number%value = gap
+      call add_place(problem, state, system, e, tau, [normal, 0.0_wp], by_node, number)
+      associate (carrier => problem%model%obstacle(problem%model%contact(contact)%obstacle)%carrier)
+         pose = pose_of(problem, state, problem%model%contact(contact)%obstacle)
+         if (carrier > 0) by_node(:, carrier) = by_node(:, carrier) - about_pivot(pose%arm(profile_place(problem, &
+            & new_profile(problem, state, e), tau)), normal)
+      end associate
+      number%by_unknown = unknowns_of(problem, system, by_node)
+      associate (o => problem%model%contact(contact)%obstacle, load => problem%model%step(problem%step)%load)
+         number%by_load = number%by_load - dot_product(normal, load%motion(:, o)) - load%closing(o) - &
+            & load%resolved(o) * problem%overlap(contact)
+      end associate
+   end function new_place_gap_functional
 end module displacement_functional

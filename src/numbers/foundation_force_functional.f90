@@ -95,8 +95,7 @@ contains
          s = problem%model%mesh%stages(e)
          change = 0.0_wp
          associate (g => state%geometry%element(e))
-            if (problem%conforms(e) == 0) rho = ge_direction_rates(problem%tableau(s), ge_at(problem, state, e), &
-               & du, dz, y)
+            if (problem%conforms(e) == 0) rho = ge_direction_rates(problem%tableau(s), ge_at(problem, state, e), du, dz, y)
             do q = 1, inner%n
                if (problem%ground%chain%obstacle(inner%source(q)) /= obstacle) cycle
                if (problem%conforms(e) > 0) then

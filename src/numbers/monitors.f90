@@ -10,8 +10,7 @@ module monitors
    use section_quantities, only: watched_section, new_section_functional
    use displacement_functional, only: watched_displacement, new_displacement_functional
    use reaction_functional, only: reaction_sum, new_reaction_functional
-   use node_contact_functional, only: has_node_forces, node_force_sum, new_node_force_functional, held_contact_sum, &
-      & new_held_contact_functional
+   use node_contact_functional, only: acts_at_nodes, holds_node, reaction_total, new_reactions_functional
    use span_force_functional, only: span_force_sum, span_force_rate, new_span_force_functional
    use foundation_force_functional, only: has_foundation, foundation_force_sum, new_foundation_force_functional
    implicit none
@@ -37,7 +36,11 @@ contains
             if (monitor%quantity == quantity_section) then
                call watched_section(problem, state, monitor, total, place)
             else if (monitor%quantity == quantity_contact) then
-               total = contact_force_sum(problem, state, system, monitor%obstacle, monitor%component)
+               associate (o => monitor%obstacle, component => monitor%component)
+                  total = reaction_total(state, system, acts_at_nodes(problem, state, o), component)
+                  if (problem%has_spans()) total = total + span_force_sum(problem, state, o, component)
+                  if (problem%ground%chain%n > 0) total = total + foundation_force_sum(problem, state, o, component)
+               end associate
             else
                total = support_force_sum(problem, state, system, m)
             end if
@@ -56,7 +59,8 @@ contains
       integer :: i
       total = reaction_sum(problem, state, system, m)
       node = held_nodes(problem, system, m)
-      total = total - sum([(held_contact_sum(problem, state, system, node(i), problem%deck%monitor(m)%component), i=1, size(node))])
+      total = total - sum([(reaction_total(state, system, holds_node(problem, system, node(i)), &
+         & problem%deck%monitor(m)%component), i=1, size(node))])
    end function support_force_sum
 
    !> Linearisation of support_force_sum.
@@ -70,7 +74,8 @@ contains
       number = new_reaction_functional(problem, state, system, m)
       node = held_nodes(problem, system, m)
       do i = 1, size(node)
-         call number%add(-1.0_wp, new_held_contact_functional(problem, state, system, node(i), problem%deck%monitor(m)%component))
+         call number%add(-1.0_wp, new_reactions_functional(problem, state, system, holds_node(problem, system, node(i)), &
+            & problem%deck%monitor(m)%component))
       end do
    end function new_support_force_functional
 
@@ -91,18 +96,6 @@ contains
          end associate
       end associate
    end function held_nodes
-
-   !> Sum of all forces of an obstacle on the structure: one component, or the sum of the normal forces.
-   real(wp) function contact_force_sum(problem, state, system, obstacle, component) result(total)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system
-      integer, intent(in) :: obstacle
-      integer, intent(in) :: component         !! 1: force in x, 2: force in y, 3: sum of normal forces
-      total = node_force_sum(problem, state, system, obstacle, component)
-      if (problem%has_spans()) total = total + span_force_sum(problem, state, obstacle, component)
-      if (problem%ground%chain%n > 0) total = total + foundation_force_sum(problem, state, obstacle, component)
-   end function contact_force_sum
 
    !> Derivative of a monitor along the path with respect to the load factor.
    real(wp) function monitor_rate(problem, m, state, system) result(rate)
@@ -147,7 +140,7 @@ contains
       end associate
    end function new_monitor_functional
 
-   !> Linearisation of the sum of all forces of an obstacle, see contact_force_sum.
+   !> Linearisation of the sum of all forces of an obstacle on the structure.
    type(functional_t) function new_contact_functional(problem, state, system, obstacle, component) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -156,7 +149,7 @@ contains
       integer, intent(in) :: component           !! 1: force in x, 2: force in y, 3: sum of normal forces
       number = new_fixed_contact_functional(problem, state, system, obstacle, component)
       if (.not. problem%has_spans() .or. problem%model%obstacle(obstacle)%at_nodes) return
-      number%estimated = .not. (has_node_forces(problem, state, obstacle) .or. has_foundation(problem, obstacle))
+      number%estimated = .not. (any(acts_at_nodes(problem, state, obstacle)) .or. has_foundation(problem, obstacle))
       call number%add(1.0_wp, new_span_force_functional(problem, state, system, obstacle, component))
    end function new_contact_functional
 
@@ -170,8 +163,9 @@ contains
       integer, intent(in) :: obstacle
       integer, intent(in) :: component           !! 1: force in x, 2: force in y, 3: sum of normal forces
       number = new_functional(system%n)
-      if (has_node_forces(problem, state, obstacle)) &
-         & call number%add(1.0_wp, new_node_force_functional(problem, state, system, obstacle, component))
+      associate (acts => acts_at_nodes(problem, state, obstacle))
+         if (any(acts)) call number%add(1.0_wp, new_reactions_functional(problem, state, system, acts, component))
+      end associate
       if (has_foundation(problem, obstacle)) &
          & call number%add(1.0_wp, new_foundation_force_functional(problem, state, system, obstacle, component))
       number%estimated = problem%model%obstacle(obstacle)%at_nodes

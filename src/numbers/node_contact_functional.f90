@@ -12,11 +12,10 @@ module node_contact_functional
    use linear_system, only: system_t, to_node, reaction_weights
    use state_functional, only: functional_t, new_functional
    use reaction_functional, only: add_held_forces
-   use contact_response, only: gap_change, reaction_change
+   use contact_lcp, only: gap_change, reaction_change
    implicit none
    private
-   public :: is_stop, gap_rate, reaction_rate, has_node_forces, node_force_sum, new_node_force_functional, held_contact_sum, &
-      & new_held_contact_functional
+   public :: is_stop, gap_rate, reaction_rate, acts_at_nodes, holds_node, reaction_total, new_reactions_functional
 
 contains
 
@@ -91,73 +90,42 @@ contains
       end if
    end function reaction_rate
 
-   !> True if the obstacle acts on a node that belongs to no contact span.
-   pure logical function has_node_forces(problem, state, obstacle)
+   !> (candidates) true for active candidates of an obstacle that belong to no contact span.
+   pure function acts_at_nodes(problem, state, obstacle) result(acts)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: obstacle
-      has_node_forces = any(acts(problem, state, obstacle))
-   end function has_node_forces
+      logical :: acts(problem%candidates%n)
+      acts = problem%candidates%obstacle(:size(acts)) == obstacle .and. problem%candidates%contact_span(:size(acts)) == 0 .and. &
+         & state%active(:size(acts))
+   end function acts_at_nodes
 
-   !> Sum of an obstacle's reactions at nodes that belong to no contact span: one component of the forces, or the sum of the normal
-   !> forces.
-   pure real(wp) function node_force_sum(problem, state, system, obstacle, component) result(total)
+   !> (candidates) true for rigid contacts that act on a node. Where a support holds a component of this node, too, the unbalanced
+   !> force on the node is the sum of both.
+   pure function holds_node(problem, system, node) result(holds)
       type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system       !! assembled
+      integer, intent(in) :: node
+      logical :: holds(problem%candidates%n)
+      holds = problem%candidates%node(:size(holds)) == node .and. system%unknown(:size(holds)) > 0
+   end function holds_node
+
+   !> Sum of the reactions of several candidates: one component of the forces, or the sum of the normal forces.
+   pure real(wp) function reaction_total(state, system, counts, component) result(total)
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! assembled at `state`
-      integer, intent(in) :: obstacle
+      logical, intent(in) :: counts(:)           !! (candidates)
       integer, intent(in) :: component           !! 1: force in x, 2: force in y, 3: sum of normal forces
       integer :: c
       total = 0.0_wp
-      do c = 1, problem%candidates%n
-         if (problem%candidates%obstacle(c) /= obstacle .or. problem%candidates%contact_span(c) > 0) cycle
-         total = total + state%reaction(c) * along_component(system, c, component)
+      do c = 1, size(counts)
+         if (counts(c)) total = total + state%reaction(c) * along_component(system, c, component)
       end do
-   end function node_force_sum
+   end function reaction_total
 
-   !> Linearisation of node_force_sum. The node moves along the obstacle, and the obstacle may move as well: the reaction then
+   !> reaction_total with its linearisation. The node moves along the obstacle, and the obstacle may move as well: the reaction then
    !> changes its direction.
-   pure type(functional_t) function new_node_force_functional(problem, state, system, obstacle, component) result(number)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system       !! assembled at `state`
-      integer, intent(in) :: obstacle
-      integer, intent(in) :: component           !! 1: force in x, 2: force in y, 3: sum of normal forces
-      number = sum_of_reactions(problem, state, system, acts(problem, state, obstacle), component)
-      number%value = node_force_sum(problem, state, system, obstacle, component)
-   end function new_node_force_functional
-
-   !> Force of all rigid obstacles on a node, one component: where a support holds this component, too, the unbalanced force on the
-   !> node is the sum of both.
-   pure real(wp) function held_contact_sum(problem, state, system, node, component) result(total)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system       !! assembled at `state`
-      integer, intent(in) :: node
-      integer, intent(in) :: component           !! 1: force in x, 2: force in y
-      integer :: c
-      total = 0.0_wp
-      do c = 1, problem%candidates%n
-         if (problem%candidates%node(c) == node .and. system%unknown(c) > 0) total = total + state%reaction(c) * &
-            & system%normal(component, c)
-      end do
-   end function held_contact_sum
-
-   !> Linearisation of held_contact_sum.
-   pure type(functional_t) function new_held_contact_functional(problem, state, system, node, component) result(number)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system       !! assembled at `state`
-      integer, intent(in) :: node
-      integer, intent(in) :: component           !! 1: force in x, 2: force in y
-      integer :: c
-      number = sum_of_reactions(problem, state, system, [(problem%candidates%node(c) == node .and. system%unknown(c) > 0, &
-         & c=1, problem%candidates%n)], component)
-      number%value = held_contact_sum(problem, state, system, node, component)
-   end function new_held_contact_functional
-
-   !> Linearisation of the sum of the reactions of several candidates; its value is not set.
-   pure type(functional_t) function sum_of_reactions(problem, state, system, counts, component) result(number)
+   pure type(functional_t) function new_reactions_functional(problem, state, system, counts, component) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! assembled at `state`
@@ -176,17 +144,7 @@ contains
          if (abs(turning) > 0.0_wp) call add_motion(problem, system, c, turning * along, number)
       end do
       call add_held_forces(system, number)
-   end function sum_of_reactions
-
-   !> (candidates) true for active candidates of an obstacle that belong to no contact span.
-   pure function acts(problem, state, obstacle)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: obstacle
-      logical :: acts(problem%candidates%n)
-      acts = problem%candidates%obstacle(:size(acts)) == obstacle .and. problem%candidates%contact_span(:size(acts)) == 0 .and. &
-         & state%active(:size(acts))
-   end function acts
+   end function new_reactions_functional
 
    !> Component of a candidate's unit normal in global axes; for component 3, the normal force, the result is 1.
    pure real(wp) function along_component(system, candidate, component) result(share)

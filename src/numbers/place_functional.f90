@@ -1,22 +1,27 @@
-!> Positions of touchdown points along their rods as functionals.
+!> Positions of touchdown points along their rods, and relative curvatures at point contacts, as functionals.
 !>
 !> A touchdown point is where the moment does not jump or, for a point contact, where the rod has the direction of the obstacle
 !> (touchdown_points). The derivatives of its position are differences of this condition at fixed touchdown points, as in the
 !> equations. A point contact at a segment boundary has a fixed node, and its force moves beside the node (rolling contact).
+!>
+!> The relative curvature is the curvature of the rod minus that of the obstacle at a point contact, by stress-free length,
+!> positive if the rod bends away from the obstacle. As the path constraint it leads to the osculating contact, at which the
+!> relative curvature is zero. There the contact has no rotational stiffness, and free spans beside it may be about to buckle, so
+!> that neither the load nor displacements are parameters of the path.
 module place_functional
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
    use track_nodes, only: rolled_t, rolled
-   use touchdown_points, only: touchdown_t, touchdown_at, touchdown_step
+   use touchdown_points, only: touchdown_t, touchdown_at, touchdown_step, excess_ahead
    use span_regions, only: chain_coordinate
    use error_bar, only: place_bar_t
    use state_functional, only: functional_t
    use local_differences, only: local_number_t, linearised
    implicit none
    private
-   public :: moving_ends, places_at, places_after, new_place_functional, named_place
+   public :: moving_ends, places_at, places_after, new_place_functional, named_place, new_relative_curvature
 
    !> Position of a touchdown point as a number of the state.
    type, extends(local_number_t) :: touchdown_place_t
@@ -25,6 +30,14 @@ module place_functional
    contains
       procedure :: value => place_of_state
    end type touchdown_place_t
+
+   !> Relative curvature at a point contact as a number of the state.
+   type, extends(local_number_t) :: relative_curvature_t
+      integer :: candidate = 0
+      type(state_t) :: before                   !! state in which the node is at the point contact
+   contains
+      procedure :: value => curvature_of_state
+   end type relative_curvature_t
 
 contains
 
@@ -125,4 +138,28 @@ contains
       integer, intent(in) :: candidate
       is_last = problem%candidates%neighbour(1, candidate) > 0
    end function is_last
+
+   !> Relative curvature with its linearisation.
+   function new_relative_curvature(problem, state, system, candidate) result(curvature)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system      !! assembled at `state`
+      integer, intent(in) :: candidate          !! candidate of a point contact
+      type(functional_t) :: curvature
+      type(relative_curvature_t) :: number
+      number%candidate = candidate
+      number%before = state
+      associate (beside => problem%candidates%element(:, candidate))
+         number%element = pack(beside, beside > 0)
+      end associate
+      curvature = linearised(problem, state, system, number)
+   end function new_relative_curvature
+
+   !> Relative curvature in a state that has the nodes of `before`.
+   real(wp) function curvature_of_state(self, problem, state) result(value)
+      class(relative_curvature_t), intent(in) :: self
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      value = excess_ahead(problem, self%before, state, self%candidate)
+   end function curvature_of_state
 end module place_functional

@@ -2,8 +2,7 @@
 !> Monitors refer to material points of the deck's elements, independent of the nodes of the mesh.
 module section_quantities
    use kinds, only: wp
-   use model, only: monitor_t, axial => section_axial, moment => section_moment, strain => section_strain, &
-      & stress => section_stress
+   use model, only: monitor_t, axial => section_axial, moment => section_moment, strain => section_strain, stress => section_stress
    use problem, only: problem_t
    use rod_state, only: state_t
    use section_forces, only: inner_local_forces
@@ -64,8 +63,7 @@ contains
       integer, intent(in) :: quantity           !! kind of quantity, section_axial etc.
       real(wp), intent(in), optional :: sense(2) !! fixed signs, see section_place_t, with which the quantity is a smooth function
       !! of the state; default: N, Q, M with their signs, strain and stress positive
-      real(wp) :: value(size(tau))
-      real(wp) :: local(3, size(tau)), along(3), angle, signs(2)
+      real(wp) :: value(size(tau)), local(3, size(tau)), along(3), angle, signs(2)
       type(profile_t) :: profile
       type(section_t) :: section
       integer :: i
@@ -208,16 +206,10 @@ contains
          call take(in, in%tau, in%best)
          call search%begin(max(in%low, in%tau - in%step), min(in%high, in%tau + in%step), to_rounding)
          do while (search%next_guess(tau))
-            call search%take_value(-magnitude(in%element, tau))
+            call search%take_value(-abs(section_value(problem, state, in%element, tau, monitor%component)))
          end do
          call take(in, search%place, -search%least)
       end subroutine search_part
-
-      real(wp) function magnitude(e, tau)
-         integer, intent(in) :: e
-         real(wp), intent(in) :: tau
-         magnitude = abs(section_value(problem, state, e, tau, monitor%component))
-      end function magnitude
 
       !> Stores a point if its magnitude is larger than all magnitudes before.
       subroutine take(in, tau, size_there)

@@ -110,8 +110,7 @@ contains
    !> Values of the Lagrange polynomials through 0 and the abscissae, at the Gauss points of one stage more.
    pure function raising(t) result(raise)
       type(tableau_t), intent(in) :: t           !! tableau with fewer than max_stages stages; only `stages` and c are used
-      real(wp) :: raise(t%stages + 1, 0:t%stages)
-      real(wp) :: at(0:t%stages), to(t%stages + 1), weight(t%stages + 1)
+      real(wp) :: raise(t%stages + 1, 0:t%stages), at(0:t%stages), to(t%stages + 1), weight(t%stages + 1)
       integer :: j, k
       at(0) = 0.0_wp
       at(1:) = t%c(:t%stages)

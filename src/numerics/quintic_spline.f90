@@ -25,8 +25,7 @@ contains
       ! The unknowns are slope and second derivative (bend), knot by knot. In a periodic spline the knots are numbered from both
       ! ends alternately, so that the numbers of neighbours differ by at most two.
       integer, parameter :: widest = 5        ! number of diagonals of the matrix on either side of the main diagonal
-      real(wp) :: matrix(3 * widest + 1, 2 * size(knot)), right(2 * size(knot), size(value, 2))
-      real(wp) :: h(size(knot) - 1)
+      real(wp) :: matrix(3 * widest + 1, 2 * size(knot)), right(2 * size(knot), size(value, 2)), h(size(knot) - 1)
       integer :: pivot(2 * size(knot)), place(size(knot)), band, order, i, n, info
       n = size(knot)
       h = knot(2:) - knot(:n - 1)

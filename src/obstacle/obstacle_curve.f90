@@ -294,8 +294,7 @@ contains
          d = x - piece%centre
          first = [cos(piece%angle + 0.5_wp * piece%turn), sin(piece%angle + 0.5_wp * piece%turn)]
          t = 0.5_wp
-         if (any(abs(d) > 0.0_wp)) t = 0.5_wp + &
-            & atan2(first(1) * d(2) - first(2) * d(1), dot_product(first, d)) / piece%turn
+         if (any(abs(d) > 0.0_wp)) t = 0.5_wp + atan2(first(1) * d(2) - first(2) * d(1), dot_product(first, d)) / piece%turn
          t = min(max(t, 0.0_wp), 1.0_wp)
       case default
          t = nearest_parameter(piece%c, x)
@@ -352,8 +351,7 @@ contains
       if (ends(1) >= 0.0_wp .or. ends(2) <= 0.0_wp) then
          t = 0.0_wp
          if (ends(1) < 0.0_wp) t = 1.0_wp
-         if (ends(1) >= 0.0_wp .and. ends(2) <= 0.0_wp .and. &
-            & dot_product(q, q) < dot_product(c(:, 1) - x, c(:, 1) - x)) t = 1.0_wp
+         if (ends(1) >= 0.0_wp .and. ends(2) <= 0.0_wp .and. dot_product(q, q) < dot_product(c(:, 1) - x, c(:, 1) - x)) t = 1.0_wp
          return
       end if
       low = 0.0_wp
@@ -383,8 +381,7 @@ contains
    pure real(wp) function angle_between(a, b)
       real(wp), intent(in) :: a(2), b(2)
       angle_between = 0.0_wp
-      if (any(abs(a) > 0.0_wp) .and. any(abs(b) > 0.0_wp)) &
-         & angle_between = atan2(a(1) * b(2) - a(2) * b(1), dot_product(a, b))
+      if (any(abs(a) > 0.0_wp) .and. any(abs(b) > 0.0_wp)) angle_between = atan2(a(1) * b(2) - a(2) * b(1), dot_product(a, b))
    end function angle_between
 
    !> Centre and radius of a circle around a piece. (Arcs are at most half circles.)

@@ -6,8 +6,8 @@ module obstacle_shapes
    use obstacle_curve, only: obstacle_curve_t, piece_t, straight_piece, arc_piece, quintic_pieces, join_pieces
    implicit none
    private
-   public :: arc_curve, ellipse_points, polyline_curve, with_neighbours_added, misfit, spline_curve, mirrored, corner_turn, &
-      & widest_corner_radius, default_corner_radius
+   public :: arc_curve, ellipse_points, polyline_curve, misfit, spline_curve, mirrored, corner_turn, widest_corner_radius, &
+      & default_corner_radius
 
    real(wp), parameter :: straight_on = 1.0e-9_wp   !! corners with a smaller turn are ignored [rad]
    real(wp), parameter :: same = 1.0e-9_wp !! accuracy with which mirror images close a curve: part of the curve's size, and [rad]
@@ -43,18 +43,6 @@ contains
       end do
       point(:, n + 1) = point(:, 1)
    end function ellipse_points
-
-   !> Points of a polyline. If it is closed, two points are added at each end, so that each of its own points has neighbours on both
-   !> sides.
-   pure function with_neighbours_added(point, closed) result(all_points)
-      real(wp), intent(in) :: point(:, :)     !! (2, points) positions
-      logical, intent(in) :: closed           !! true: the last point equals the first
-      real(wp), allocatable :: all_points(:, :)
-      integer :: n
-      n = size(point, 2)
-      all_points = point
-      if (closed) all_points = reshape([point(:, n - 1:n), point, point(:, 1:2)], [2, n + 4])
-   end function with_neighbours_added
 
    !> Straight segments through distinct points; the corners are rounded by arcs.
    function polyline_curve(point, radius, closed) result(curve)

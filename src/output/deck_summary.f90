@@ -4,10 +4,8 @@ module deck_summary
    use cross_section, only: varies
    use model, only: model_t, supports
    use element_families, only: family_name
-   use model_words, only: monitor_description
-   use obstacle_words, only: obstacle_text, contact_text
-   use step_words, only: step_lines
-   use load_words, only: load_lines, support_lines, node_lines
+   use model_words, only: monitor_description, obstacle_text, contact_text
+   use step_words, only: step_lines, load_lines, support_lines, node_lines
    use columns, only: brief, left
    use text, only: plural, to_text
    use printable_text, only: printable

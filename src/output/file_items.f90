@@ -7,7 +7,7 @@ module file_items
    use kinds, only: wp, i8
    implicit none
    private
-   public :: data_t, item_t, items_t, data_of, row_of, place_of, put_item, remove_items, append_row, cut_rows, row_count
+   public :: data_t, item_t, items_t, data_of, row_of, place_of, put_item, remove_items, append_row, row_count
    public :: is_real, is_integer, is_text
    public :: reals_in, integers_in, text_in, texts_in
 
@@ -113,20 +113,17 @@ contains
 
    pure type(data_t) function data_reals(value) result(data)
       real(wp), intent(in) :: value(:)
-      call set_extents(data, shape(value))
-      data%bytes = transfer(value, [character(1) ::])
+      data = row_of(shape(value), value)
    end function data_reals
 
    pure type(data_t) function data_reals_2(value) result(data)
       real(wp), intent(in) :: value(:, :)
-      call set_extents(data, shape(value))
-      data%bytes = transfer(value, [character(1) ::])
+      data = row_of(shape(value), value)
    end function data_reals_2
 
    pure type(data_t) function data_reals_3(value) result(data)
       real(wp), intent(in) :: value(:, :, :)
-      call set_extents(data, shape(value))
-      data%bytes = transfer(value, [character(1) ::])
+      data = row_of(shape(value), value)
    end function data_reals_3
 
    !> A row of reals of the given extents; they are missing if the value is absent.
@@ -302,13 +299,6 @@ contains
       type(item_t), intent(in) :: item
       row_count = item%values%extent(item%values%rank)
    end function row_count
-
-   !> Drops the rows behind the first n.
-   pure subroutine cut_rows(item, n)
-      type(item_t), intent(inout) :: item
-      integer, intent(in) :: n
-      item%values%extent(item%values%rank) = min(row_count(item), n)
-   end subroutine cut_rows
 
    ! Values of a list -------------------------------------------------------------------------------------------------
 

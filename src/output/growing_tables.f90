@@ -4,7 +4,7 @@
 !> it, counts the rows. `begin_row` begins a row, and each `put_value` stores the value of the next column. The first row, between
 !> `begin_table` and `end_definition`, defines the columns and is dropped. So everything about a quantity is in one place.
 module growing_tables
-   use file_items, only: data_t, items_t, put_item, append_row, cut_rows, row_count
+   use file_items, only: data_t, items_t, put_item, append_row, row_count
    use result_file, only: result_file_t, table_t, file_failed, put_group
    implicit none
    private
@@ -42,7 +42,9 @@ contains
          table%rows = 0
          if (allocated(file%continued)) table%rows = continued_length(file, table%group)
          do i = 1, size(table%column)
-            call cut_rows(file%items%box(table%column(i))%item, table%rows)
+            associate (values => file%items%box(table%column(i))%item%values) ! rows behind those are dropped
+               values%extent(values%rank) = min(values%extent(values%rank), table%rows)
+            end associate
          end do
       end associate
    end subroutine end_definition

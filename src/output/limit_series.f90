@@ -82,8 +82,7 @@ contains
       type(curve_series_t), intent(in) :: id
       type(limit_point_t), intent(in) :: point
       call begin_row(file, id%table)
-      call put_value(file, 'parameter', data_of(point%parameter), id%units, &
-         & 'what is varied; infinity where the obstacle is rigid')
+      call put_value(file, 'parameter', data_of(point%parameter), id%units, 'what is varied; infinity where the obstacle is rigid')
       call put_value(file, 'rigid', data_of(merge(1, 0, point%rigid)), '1', '1: with a rigid obstacle, 0: else')
       call put_value(file, 'load_factor', data_of(point%load_factor), '1', 'load factor of the step at the limit point')
       call put_value(file, 'iterations', data_of(point%iterations), '1', 'Newton iterations of all its corrections')

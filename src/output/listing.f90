@@ -9,14 +9,13 @@ module listing
    use path_record, only: record_t, point_t, critical_t, region_t, branch_start_t, buckling_t, limit_point_t
    use run_accuracy, only: accuracy_t
    use columns, only: significant, scientific
-   use text_table, only: column_t, cell_t, page_rows, load_digits, monitor_digits, wide_column, fitting_columns, widen_columns, &
-      & write_head, write_row
-   use side_tables, only: limit_table_t, open_limit_table, write_limit_point, leave_limit_table, write_buckling_table
-   use run_summary, only: list_accuracy, list_cost
-   use text, only: plural, to_text, word_at
+   use listing_tables, only: limit_table_t, open_limit_table, write_limit_point, leave_limit_table, write_buckling_table, &
+      & list_accuracy, list_cost, column_t, page_rows, load_digits, monitor_digits, wide_column, fitting_columns, widen_columns, &
+      & write_head, write_row, cell_length, monitor_cells
+   use text, only: plural, to_text, word_at, add_clause
    use terminal, only: has_colours, painted, standard_output, red, green
    use error_bar, only: error_bar_t
-   use error_text, only: bar_text, corrected_text, unbounded_text
+   use error_text, only: bar_text, corrected_text
    implicit none
    private
    public :: listing_t, listing_open, listing_record, listing_close
@@ -27,8 +26,8 @@ module listing
    !> A row of the table of critical points.
    type :: critical_row_t
       integer :: branch = 0
-      type(cell_t), allocatable :: cell(:) !! label, point, step, load factor, error bar of the load factor, corrected value,
-      !! monitors
+      character(cell_length), allocatable :: cell(:) !! label, point, step, load factor, error bar of the load factor, corrected
+      !! value, monitors
       character(:), allocatable :: unbarred       !! reason why there is no error bar; not allocated if the deck requests none
       character(:), allocatable :: remark
    end type critical_row_t
@@ -41,8 +40,8 @@ module listing
       logical :: has_contact = .false.
       type(contact_print_t), allocatable :: print(:) !! contents of the columns behind the monitors
       integer, allocatable :: obstacle(:)         !! (contacts) index of the contact's obstacle
-      type(cell_t), allocatable :: printed(:)     !! cells of these columns at the last point
-      type(cell_t), allocatable :: printed_bar(:) !! error bars in these columns at the last point
+      character(cell_length), allocatable :: printed(:)     !! cells of these columns at the last point
+      character(cell_length), allocatable :: printed_bar(:) !! the same cells with error bars
       type(column_t), allocatable :: column(:)
       character(2 * name_length), allocatable :: step_title(:)
       character(:), allocatable :: branch_title   !! title of the branch that was started last
@@ -120,24 +119,17 @@ contains
    subroutine write_point(listing, point)
       type(listing_t), intent(inout) :: listing
       type(point_t), intent(in) :: point          !! point; it has as many monitors as the model
-      type(cell_t) :: cell(size(listing%column))
-      integer :: i, n
+      character(cell_length), allocatable :: cell(:)
+      character(:), allocatable :: pivots
+      integer :: n
       call count_point(listing, n)
-      cell(1)%text = to_text(n)
-      cell(2)%text = trim(point%label)
-      cell(3)%text = significant(point%load_factor, load_digits)
-      do i = 1, listing%n_monitors
-         cell(first_monitor - 1 + i)%text = significant(point%monitor(i), monitor_digits)
-      end do
-      n = size(cell)
       call fill_prints(listing, point)
-      cell(first_monitor + listing%n_monitors:first_monitor - 1 + listing%n_monitors + size(listing%print)) = listing%printed
-      if (listing%has_contact) cell(n - 3)%text = to_text(point%active_contacts)
-      cell(n - 2)%text = to_text(point%iterations)
-      cell(n - 1)%text = scientific(point%residual, 2)
-      cell(n)%text = to_text(point%negative_pivots)
-      if (point%free_pivots > point%negative_pivots) cell(n)%text = trim(cell(n)%text)//'+'//to_text(point%free_pivots - &
-         & point%negative_pivots)
+      cell = [character(cell_length) :: to_text(n), point%label, significant(point%load_factor, load_digits), &
+         & monitor_cells(listing%n_monitors, point%monitor), listing%printed]
+      if (listing%has_contact) cell = [character(cell_length) :: cell, to_text(point%active_contacts)]
+      pivots = to_text(point%negative_pivots)
+      if (point%free_pivots > point%negative_pivots) pivots = pivots//'+'//to_text(point%free_pivots - point%negative_pivots)
+      cell = [character(cell_length) :: cell, to_text(point%iterations), scientific(point%residual, 2), pivots]
       call widen_columns(listing%column, cell)
       call write_title(listing, point%step)
       call write_row(listing%unit, listing%column, cell, emphasised=listing%coloured .and. point%label /= '')
@@ -164,8 +156,8 @@ contains
       integer :: i, k, n
       real(wp) :: value
       do i = 1, size(listing%print)
-         listing%printed(i)%text = ''
-         listing%printed_bar(i)%text = ''
+         listing%printed(i) = ''
+         listing%printed_bar(i) = ''
          if (.not. allocated(point%region)) cycle
          n = 0
          do k = 1, size(point%region)
@@ -178,8 +170,8 @@ contains
                else
                   value = merge(region%end, region%start, print%at_end)
                end if
-               listing%printed(i)%text = significant(value, monitor_digits)
-               listing%printed_bar(i)%text = place_text(region, print)
+               listing%printed(i) = significant(value, monitor_digits)
+               listing%printed_bar(i) = trim(listing%printed(i))//place_text(region, print)
             end associate
             exit
          end do
@@ -244,32 +236,21 @@ contains
       type(listing_t), intent(inout) :: listing
       type(critical_t), intent(in) :: critical    !! critical point; it has as many monitors as the model
       type(critical_row_t) :: row
-      integer :: i
+      character(cell_length) :: prints(size(listing%print))
       row%branch = listing%branch
       row%remark = remark(critical)
-      allocate (row%cell(6 + listing%n_monitors + size(listing%print)))
+      prints = ''
       ! A critical point directly follows its point, unless it is only bracketed.
-      do i = 1, size(listing%print)
-         row%cell(6 + listing%n_monitors + i)%text = ''
-         if (critical%point == merge(listing%n_root, listing%n_branch, listing%branch == 0)) &
-            & row%cell(6 + listing%n_monitors + i)%text = listing%printed(i)%text//listing%printed_bar(i)%text
-      end do
-      row%cell(1)%text = trim(critical%label)
-      row%cell(2)%text = to_text(critical%point)
-      row%cell(3)%text = to_text(critical%step)
-      row%cell(4)%text = significant(critical%load_factor, load_digits)
-      row%cell(5)%text = ''
-      row%cell(6)%text = ''
+      if (critical%point == merge(listing%n_root, listing%n_branch, listing%branch == 0)) prints = listing%printed_bar
+      row%cell = [character(cell_length) :: critical%label, to_text(critical%point), to_text(critical%step), &
+         & significant(critical%load_factor, load_digits), '', '', monitor_cells(listing%n_monitors, critical%monitor, &
+         & critical%bars), prints]
       if (allocated(critical%bars)) then
-         row%cell(5)%text = bar_text(critical%bars%load)
-         row%cell(6)%text = corrected_text(critical%load_factor, critical%bars%load)
+         row%cell(5) = bar_text(critical%bars%load)
+         row%cell(6) = corrected_text(critical%load_factor, critical%bars%load)
          row%unbarred = ''
          if (allocated(critical%bars%why) .and. .not. critical%bars%load%estimated) row%unbarred = critical%bars%why
       end if
-      do i = 1, listing%n_monitors
-         row%cell(6 + i)%text = significant(critical%monitor(i), monitor_digits)
-         if (allocated(critical%bars)) row%cell(6 + i)%text = row%cell(6 + i)%text//unbounded_text(critical%bars%monitor(i))
-      end do
       listing%critical = [listing%critical, row]
    end subroutine keep_critical
 
@@ -310,7 +291,7 @@ contains
    subroutine write_critical(listing)
       type(listing_t), intent(in) :: listing
       type(column_t), allocatable :: column(:)
-      type(cell_t), allocatable :: cell(:, :)
+      character(cell_length), allocatable :: cell(:, :)
       integer :: k, j, n
       logical :: shown(6 + listing%n_monitors + size(listing%print) + 1)
       if (size(listing%critical) == 0) return
@@ -324,8 +305,8 @@ contains
       shown(6:7) = any([(allocated(listing%critical(k)%unbarred), k=1, n)])
       allocate (cell(size(column), n))
       do k = 1, n
-         cell(1, k)%text = ''
-         if (listing%critical(k)%branch > 0) cell(1, k)%text = to_text(listing%critical(k)%branch)
+         cell(1, k) = ''
+         if (listing%critical(k)%branch > 0) cell(1, k) = to_text(listing%critical(k)%branch)
          cell(2:, k) = listing%critical(k)%cell
       end do
       do k = 1, n
@@ -348,36 +329,24 @@ contains
       end do rows
    end subroutine write_critical
 
-   !> Remark on a critical point.
+   !> Remark on a critical point, behind two blanks; '' if there is none.
    pure function remark(critical) result(text)
       type(critical_t), intent(in) :: critical
-      character(:), allocatable :: text
+      character(:), allocatable :: text, note, times
       character(*), parameter :: fold(3) = [character(6) :: 'simple', 'double', 'triple']
-      character(:), allocatable :: note
       text = ''
       note = ''
       if (allocated(critical%note)) note = trim(critical%note)
-      if (.not. critical%located) call say('not located, only bracketed')
+      if (.not. critical%located) call add_clause(text, 'not located, only bracketed')
       if (allocated(critical%null_vector)) then
          associate (n => size(critical%null_vector, 3))
-            if (n >= 1 .and. n <= size(fold)) call say_unless_noted(trim(fold(n)))
-            if (n > size(fold)) call say_unless_noted(to_text(n)//'-fold')
+            times = ''
+            if (n > size(fold)) times = to_text(n)//'-fold'
+            if (n >= 1 .and. n <= size(fold)) times = trim(fold(n))
          end associate
+         if (times /= '' .and. index(note, times) == 0) call add_clause(text, times)
       end if
-      call say(note)
-   contains
-      pure subroutine say_unless_noted(words)
-         character(*), intent(in) :: words
-         if (index(note, words) == 0) call say(words)
-      end subroutine say_unless_noted
-      pure subroutine say(words)
-         character(*), intent(in) :: words
-         if (words == '') return
-         if (text == '') then
-            text = '  '//words
-         else
-            text = text//'; '//words
-         end if
-      end subroutine say
+      if (note /= '') call add_clause(text, note)
+      if (text /= '') text = '  '//text
    end function remark
 end module listing

@@ -82,8 +82,7 @@ contains
       associate (load => step%load)
          at = where_any(abs(load%node_force) > 0.0_wp)
          call put_some(file, group//'/node', data_of(at - 1), '1', 'nodes with forces: '//node_rows)
-         call put_some(file, group//'/force', data_of(load%node_force(:, at)), 'force, force, moment', &
-            & 'in x, in y, and the couple')
+         call put_some(file, group//'/force', data_of(load%node_force(:, at)), 'force, force, moment', 'in x, in y, and the couple')
          allocate (line(2, model%mesh%n_elements), pressure(model%mesh%n_elements))
          do i = 1, model%mesh%n_elements
             associate (n => max(1, model%mesh%stages(i)), ends => model%mesh%node(:, i))

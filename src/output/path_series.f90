@@ -302,7 +302,7 @@ contains
    subroutine put_push(file, table, row, push, pressure)
       type(result_file_t), intent(inout) :: file
       integer, intent(in) :: table, row
-      real(wp), intent(in) :: push(6)             !! see span_pushes
+      real(wp), intent(in) :: push(6)             !! see span_forces
       logical, intent(in) :: pressure             !! true: per length; false: a force
       call begin_row(file, table)
       call put_value(file, 'point', data_of(row), '1', 'point of the path, from 1')
@@ -314,8 +314,7 @@ contains
             & 'force (x, y) on the structure per stress-free length of a line of contact: five places at equal distances in '// &
             & 'each part that is smooth, one part after another')
       else
-         call put_value(file, 'force', data_of(push(5:6)), 'force', &
-            & 'force (x, y) on the structure at a point or the end of a line')
+         call put_value(file, 'force', data_of(push(5:6)), 'force', 'force (x, y) on the structure at a point or the end of a line')
       end if
    end subroutine put_push
 end module path_series

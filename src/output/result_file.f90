@@ -10,21 +10,25 @@
 !> replaced.
 !>
 !> After the first failure nothing is written any more, the first message is kept, and the caller obtains it with `file_error`.
+!>
+!> Of existing files with the name of a result file, results of unilat may be replaced, damaged files are renamed, and all others
+!> are left unchanged (make_room).
 module result_file
-   use, intrinsic :: iso_c_binding, only: c_char, c_null_char
+   use, intrinsic :: iso_c_binding, only: c_char, c_long, c_null_char
    use kinds, only: wp
    use errors, only: error_t, fail
    use memory, only: can_be_had
    use posix_files, only: resolved_name, lock_file, unlock_file, put_in_place, overwrite, what_is_there, error_text, is_locked, &
-      & is_same, is_another, is_changed, is_missing, file_mark_t
+      & is_same, is_another, is_changed, is_missing, file_mark_t, look_at, rename_file, kind_nothing, kind_empty, kind_folder, &
+      & kind_other
    use printable_text, only: character_end
-   use file_items, only: items_t, data_t, put_item
+   use file_items, only: items_t, data_t, put_item, text_in
    use hdf5_image, only: start_library, make_image
-   use former_file, only: make_room
+   use hdf5_contents, only: is_hdf5, read_items
    implicit none
    private
-   public :: result_file_t, table_t, file_create, file_flush, file_close, file_failed, file_error, file_note
-   public :: put_group, put_data, put_attribute, text_with_room
+   public :: result_file_t, table_t, file_create, file_flush, file_close, file_failed, file_error, file_note, put_group, put_data, &
+      & put_attribute, text_with_room, is_result
 
    integer, parameter :: room = 400         !! bytes of the text with room
    character(*), parameter :: spare = achar(127)      !! a character that no text has, for the room behind the text
@@ -58,6 +62,11 @@ module result_file
       logical :: system = .false.               !! true: the failure was caused by the system, see error_t
       character(:), allocatable :: note         !! message for the user although nothing failed
    end type result_file_t
+
+   !> Contents of a file:
+   enum, bind(c)
+      enumerator :: is_ours = 1, is_foreign, is_damaged, is_no_hdf5
+   end enum
 
 contains
 
@@ -102,7 +111,7 @@ contains
    !> Releases the lock, so that other runs can write the file.
    subroutine give_lock_back(file)
       type(result_file_t), intent(inout) :: file
-      if (file%lock >= 0) call unlock_file(lock_name(file), file%lock)
+      if (file%lock >= 0) call unlock_file(lock_name(file)//c_null_char, file%lock)
       file%lock = -1
    end subroutine give_lock_back
 
@@ -199,7 +208,8 @@ contains
       call look_after(file)
       if (allocated(file%message)) return
       call clear_room(bytes, file%room_at)
-      call put_in_place(file%target, file%target//'.part', bytes, file%mark, status)
+      status = put_in_place(file%target//c_null_char, file%target//'.part'//c_null_char, bytes, size(bytes, kind=c_long), &
+         & file%mark%number)
       file%flushed = .true.
       if (status /= 0) call refuse(file, 'cannot write the result file '//file%path//': '//error_text(status))
    end subroutine file_flush
@@ -237,10 +247,11 @@ contains
       character(:), allocatable :: text
       integer :: status
       if (.not. file%flushed .or. file%room_at < 0 .or. .not. allocated(file%message)) return
-      if (what_is_there(file%target, file%mark) /= is_same) return
+      if (what_is_there(file%target//c_null_char, file%mark%number) /= is_same) return
       text = 'stopped: '//file%message
       text = text(:character_end(text, min(len(text), room - 1)))
-      call overwrite(file%target, file%room_at, text//repeat(c_null_char, room - len(text)), status)
+      status = overwrite(file%target//c_null_char, int(file%room_at, c_long), text//repeat(c_null_char, room - len(text)), &
+         & int(room, c_long))
    end subroutine leave_reason
 
    !> Checks whether another program has changed the file. A missing or truncated file is written again; another file of the same
@@ -248,7 +259,7 @@ contains
    subroutine look_after(file)
       type(result_file_t), intent(inout) :: file
       if (.not. file%flushed) return
-      select case (what_is_there(file%target, file%mark))
+      select case (what_is_there(file%target//c_null_char, file%mark%number))
       case (is_another)
          call refuse(file, 'the result file '//file%path//' was replaced by another file while the run was under way')
       case (is_changed)
@@ -269,4 +280,70 @@ contains
       call leave_reason(file)
       call give_lock_back(file)
    end subroutine file_close
+
+   !> Checks whether a result file may have a name, and renames a damaged file of that name.
+   subroutine make_room(name, force, note, why)
+      character(*), intent(in) :: name            !! name of the file, with symbolic links resolved
+      logical, intent(in) :: force                !! true: any plain file may be replaced
+      character(:), allocatable, intent(inout) :: note !! out: with a message if a file was renamed
+      character(:), allocatable, intent(out) :: why !! message that explains why the name cannot be used; '': it can
+      character(:), allocatable :: aside
+      integer :: kind, status
+      why = ''
+      status = look_at(name//c_null_char, kind)
+      if (kind == kind_folder) then
+         why = 'it is a directory'
+      else if (kind == kind_other) then
+         why = 'it is not a plain file'
+      else if (status /= 0) then
+         why = error_text(status)
+      else if (kind /= kind_nothing .and. kind /= kind_empty .and. .not. force) then
+         select case (content(name))
+         case (is_foreign)
+            why = 'the HDF5 file of that name is none of unilat''s; remove it, choose another name, or replace it with --force'
+         case (is_no_hdf5)
+            why = 'the file of that name is no HDF5 file; remove it, choose another name, or replace it with --force'
+         case (is_damaged)
+            aside = free_name(name)
+            status = rename_file(name//c_null_char, aside//c_null_char)
+            if (status /= 0) why = 'it is damaged, and cannot be moved away: '//error_text(status)
+            note = 'the result file '//name//' that was there is damaged; it is kept as '//aside
+         end select
+      end if
+   end subroutine make_room
+
+   !> An unused name for a damaged file.
+   function free_name(name) result(free)
+      character(*), intent(in) :: name
+      character(:), allocatable :: free
+      character(12) :: digits
+      integer :: number, kind, status
+      free = name//'.damaged'
+      number = 1
+      do
+         status = look_at(free//c_null_char, kind)
+         if (kind == kind_nothing) return
+         number = number + 1
+         write (digits, '(i0)') number
+         free = name//'.damaged-'//trim(digits)
+      end do
+   end function free_name
+
+   !> True for a file that can be read and is a result of unilat.
+   logical function is_result(name)
+      character(*), intent(in) :: name
+      is_result = content(name) == is_ours
+   end function is_result
+
+   !> Contents of a file that is not empty: is_ours, is_foreign, is_damaged or is_no_hdf5.
+   integer function content(name)
+      character(*), intent(in) :: name
+      type(items_t) :: items
+      logical :: readable
+      content = is_no_hdf5
+      if (.not. is_hdf5(name)) return
+      call read_items(name, items, readable, root_only=.true.)
+      content = is_damaged
+      if (readable) content = merge(is_ours, is_foreign, text_in(items, '', 'program') == 'unilat')
+   end function content
 end module result_file

@@ -4,8 +4,7 @@ module result_tables
    use text, only: to_text
    use timing, only: timing_seconds, timing_calls, counted, n_phases, phase_name, n_counters, counter_name
    use model, only: model_t
-   use obstacle_types, only: obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, ground_half_space, &
-      & ground_pasternak
+   use obstacle_types, only: obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, ground_half_space, ground_pasternak
    use obstacle_curve, only: curve_samples
    use obstacle_geometry, only: obstacle_gap
    use element_families, only: follows_curves
@@ -13,7 +12,7 @@ module result_tables
    use cross_section, only: section_t
    use rod_samples, only: middle_section
    use candidates, only: candidates_t, new_candidates
-   use obstacle_words, only: side_name, kind_name, points_name
+   use model_words, only: side_name, kind_name, points_name
    use path_record, only: branch_start_t, buckling_t
    use error_text, only: stored_bar, stored_correction, bar_description, corrected_description
    use run_accuracy, only: accuracy_t, check_t, checks_of
@@ -275,8 +274,7 @@ contains
       call put_data(file, '/performance/calls', data_of([(default_integer(timing_calls(i)), i=1, n_phases)]), '1', &
          & 'how often each phase was started')
       call put_data(file, '/performance/counter', data_of(counter_name), '1', 'what was counted')
-      call put_data(file, '/performance/value', data_of([(default_integer(counted(i)), i=1, n_counters)]), '1', &
-         & 'the counts')
+      call put_data(file, '/performance/value', data_of([(default_integer(counted(i)), i=1, n_counters)]), '1', 'the counts')
    end subroutine write_performance
 
    !> Writes the worst values of all checks and their places, a row each.
@@ -321,7 +319,6 @@ contains
       character(10) :: clock
       character(5) :: zone
       call date_and_time(day, clock, zone)
-      time = day(1:4)//'-'//day(5:6)//'-'//day(7:8)//'T'//clock(1:2)//':'//clock(3:4)//':'//clock(5:6) &
-         & //zone(1:3)//':'//zone(4:5)
+      time = day(1:4)//'-'//day(5:6)//'-'//day(7:8)//'T'//clock(1:2)//':'//clock(3:4)//':'//clock(5:6)//zone(1:3)//':'//zone(4:5)
    end function iso_time
 end module result_tables

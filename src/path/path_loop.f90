@@ -4,11 +4,11 @@ module path_loop
    use kinds, only: wp
    use text, only: to_text
    use errors, only: error_t
-   use model, only: model_t, mesh_t, step_t, mode_offset_t, method_displacement
+   use model, only: model_t, step_t, method_displacement
    use problem, only: problem_t, copy_problem, new_problem
    use imperfect_mesh, only: add_mode_offsets
    use initial_overlap, only: overlap_of_modes
-   use rod_state, only: state_t, new_state
+   use rod_state, only: new_state
    use linear_system, only: new_system
    use start_support, only: why_unstable, unheld
    use corrector, only: increment_t
@@ -139,7 +139,8 @@ contains
          if (size(step%limit_curve) > 0) call set_frame_after_path(on_curve)
          call follow_limit_curves(step, found, frame, saved, recorder, outcome)
          if (allocated(outcome%why)) return
-         call freeze_loads(problem, run%last%state)
+         call problem%constant%add(run%last%state%load_factor, problem%model%step(problem%step)%load)
+         run%last%state%load_factor = 0.0_wp
       end subroutine finish_step
 
       !> Sets the frame of the checkpoints of the step's path.
@@ -283,8 +284,9 @@ contains
          end if
          call overlap_of_modes(bent, problem%step, overlap, node)
          if (overlap /= '') then
+            ! The message names the offset that displaces the chain of elements with the node of the overlap.
             i = 1
-            do while (i < size(step%mode_offset) .and. .not. moves(bent%mesh, step%mode_offset(i)))
+            do while (i < size(step%mode_offset) .and. .not. any(bent%mesh%node(:, step%mode_offset(i)%element) == node))
                i = i + 1
             end do
             outcome%deck_line = step%mode_offset(i)%line
@@ -300,15 +302,6 @@ contains
       run%last%state = new_state(problem)
       run%spans_begun = size(problem%contact_span)
       run%last%system = new_system(problem)
-
-   contains
-
-      !> True if the mode's offset displaces the chain of elements that contains the node of the overlap.
-      pure logical function moves(mesh, offset)
-         type(mesh_t), intent(in) :: mesh
-         type(mode_offset_t), intent(in) :: offset
-         moves = any(mesh%node(:, offset%element) == node)
-      end function moves
    end subroutine start_anew
 
    !> Computes the modes of a buckling step, on a mesh refined until their load factors satisfy the tolerance.
@@ -321,10 +314,11 @@ contains
       type(step_t) :: step
       type(path_point_t) :: nowhere
       type(request_t) :: request
-      integer :: tries
-      logical :: asked, taken, done
+      integer :: tries, k
+      logical :: asked, taken, done, bends_later ! bends_later: a later step uses modes of this step as imperfections
       type(error_t), allocatable :: error
       step = problem%model%step(problem%step)
+      bends_later = any([(any(problem%model%step(k)%mode_offset%step == problem%step), k=1, size(problem%model%step))])
       call start_control(problem, step, run)
       do tries = 0, most_meshes
          if (must_end(outcome)) return
@@ -336,7 +330,7 @@ contains
             ! Between nodes a mode is interpolated as a rod without stress, with an error of the fourth order. Imperfections by
             ! modes therefore need a mesh that has all nodes of the deck.
             if (all(buckling%bar%bounded .and. buckling%bar%bar <= step%asked * abs(buckling%load_factor)) .and. &
-               & (problem%model%mesh%n_elements >= problem%deck%mesh%n_elements .or. .not. bends_later())) exit
+               & (problem%model%mesh%n_elements >= problem%deck%mesh%n_elements .or. .not. bends_later)) exit
          end if
          ! Error contributions of a path do not apply to modes, and the mesh of the previous steps may be too coarse for modes.
          ! Therefore the number of elements is doubled.
@@ -355,21 +349,5 @@ contains
       if (step%error_bars) call note_buckling_bars(buckling, step%widest_bar, outcome%accuracy)
       call recorder%take(buckling, error)
       if (allocated(error)) outcome%why = error%message
-
-   contains
-
-      !> True if a later step uses modes of this step as imperfections.
-      pure logical function bends_later()
-         integer :: k
-         bends_later = any([(any(problem%model%step(k)%mode_offset%step == problem%step), k=1, size(problem%model%step))])
-      end function bends_later
    end subroutine find_modes
-
-   !> Makes the loads of the step constant; the load factor restarts from zero.
-   subroutine freeze_loads(problem, state)
-      type(problem_t), intent(inout) :: problem
-      type(state_t), intent(inout) :: state
-      call problem%constant%add(state%load_factor, problem%model%step(problem%step)%load)
-      state%load_factor = 0.0_wp
-   end subroutine freeze_loads
 end module path_loop

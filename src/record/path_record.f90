@@ -55,8 +55,8 @@ module path_record
       real(wp), allocatable :: gap(:)                 !! (nodes of all contacts) gap at the node
       real(wp), allocatable :: contact_point(:, :) !! (2, nodes of all contacts) position of reaction and gap: contact nodes move
       !! along the rod
-      real(wp), allocatable :: contact_force(:, :)    !! (6, forces) of contact spans at points and ends of lines, see span_pushes
-      real(wp), allocatable :: contact_pressure(:, :) !! (6, samples) contact pressure along line contacts, see span_pushes
+      real(wp), allocatable :: contact_force(:, :)    !! (6, forces) of contact spans at points and ends of lines, see span_forces
+      real(wp), allocatable :: contact_pressure(:, :) !! (6, samples) contact pressure along line contacts, see span_forces
    end type point_t
 
    !> A located critical point.

@@ -15,7 +15,6 @@ module contact_regions
    use obstacle_pose, only: pose_t
    use obstacle_geometry, only: obstacle_gap, has_angle, contact_angle, turns_forward, unwrap_angle, contact_curvature
    use section_forces, only: local_forces, rod_direction
-   use rod_geometry, only: element_geometry_t
    use element_gap, only: element_gap_t, new_element_gap, gap_parts, most_parts
    use ground_regions, only: find_ground_regions, chain_place
    use path_record, only: region_t
@@ -227,8 +226,10 @@ contains
          integer, intent(in) :: k, c
          real(wp) :: stretch
          stretch = 1.0_wp + load%strain + local(1, k) * problem%compliance(e)%axial
-         misfit = natural_curvature(state%geometry%element(e)) + load%curvature + &
-            & local(3, k) * problem%compliance(e)%bending - stretch * obstacle_curvature(k, c, 0.0_wp)
+         associate (g => state%geometry%element(e))
+            misfit = (g%end_angle(2) - g%end_angle(1)) / g%length + load%curvature
+         end associate
+         misfit = misfit + local(3, k) * problem%compliance(e)%bending - stretch * obstacle_curvature(k, c, 0.0_wp)
       end function misfit
 
       !> Curvature of a rod that lies on the obstacle, at the point of the obstacle nearest to a candidate that is moved along the
@@ -259,12 +260,6 @@ contains
             & / (2.0_wp * part * h)
       end function obstacle_slope
    end function rigid_overhang
-
-   !> Mean stress-free curvature of an element.
-   pure real(wp) function natural_curvature(element)
-      type(element_geometry_t), intent(in) :: element
-      natural_curvature = (element%end_angle(2) - element%end_angle(1)) / element%length
-   end function natural_curvature
 
    !> On a Winkler foundation: the place in the open element at which the gap changes its sign.
    real(wp) function winkler_overhang(problem, state, candidate, side) result(beyond)

@@ -12,8 +12,7 @@ module ground_regions
    use element_foundation, only: foundation_forces
    use rod_profile, only: profile_place, profile_angle
    use ground_segments, only: gap_in_state
-   use element_gap, only: element_gap_t, gap_root_t, gap_parts, gap_value, gap_extreme, root_factor, is_at, &
-      & most_parts, most_samples
+   use element_gap, only: element_gap_t, gap_root_t, gap_parts, gap_value, gap_extreme, root_factor, is_at, most_parts, most_samples
    use reference_curve, only: curve_length
    use inner_forces, only: inner_forces_t
    use path_record, only: region_t
@@ -128,7 +127,7 @@ contains
       integer, intent(in) :: contact
       real(wp), intent(in) :: from, to !! arc lengths of the range; on a closed chain `to` may lie behind the chain's end, in the
       !! next turn around the chain
-      type(gap_root_t), intent(in) :: root(:) !! roots by which the gap is divided, see ground_ends; size 0: none
+      type(gap_root_t), intent(in) :: root(:) !! roots by which the gap is divided, see ground_events; size 0: none
       real(wp), intent(out) :: least
       integer, intent(out) :: candidate !! candidate before the element with the smallest gap; 0: the range is empty
       real(wp), intent(out) :: place    !! place of the smallest gap in this element, 0 to 1
@@ -421,8 +420,7 @@ contains
          call foundation_forces(problem, state, e, inner)
          do q = 1, inner%n
             associate (sum_here => total(:, problem%ground%chain%obstacle(inner%source(q))))
-               sum_here = sum_here + state%geometry%element(e)%length * inner%weight(q) * &
-                  & [inner%force(:, q), inner%pressure(q)]
+               sum_here = sum_here + state%geometry%element(e)%length * inner%weight(q) * [inner%force(:, q), inner%pressure(q)]
             end associate
          end do
       end do

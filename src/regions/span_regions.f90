@@ -111,7 +111,7 @@ contains
       type(error_bars_t), intent(in) :: bars
       type(region_t), intent(inout) :: regions(:)
       real(wp) :: at(2)
-      integer :: r, side, k
+      integer :: r, side, k, i
       if (.not. allocated(bars%place)) return
       do r = 1, size(regions)
          at = [regions(r)%start, regions(r)%end]
@@ -122,7 +122,7 @@ contains
             do k = 1, size(bars%place)
                associate (place => bars%place(k), bar => regions(r)%bar(side))
                   if (place%contact_span /= regions(r)%contact_span(side) .and. (regions(r)%contact_span(side) > 0 .or. &
-                     & is_known(place%contact_span))) cycle
+                     & any([(any(regions(i)%contact_span == place%contact_span), i=1, size(regions))]))) cycle
                   if (place%last .neqv. (side == 2 .and. regions(r)%line)) cycle
                   bar = place%bar
                   ! Where contact begins, the position of the least gap and that of the new point contact differ by the error of the
@@ -133,15 +133,6 @@ contains
             end do
          end do
       end do
-
-   contains
-
-      !> True if the contact span with a given number forms an end of a region.
-      pure logical function is_known(contact_span)
-         integer, intent(in) :: contact_span
-         integer :: i
-         is_known = any([(any(regions(i)%contact_span == contact_span), i=1, size(regions))])
-      end function is_known
    end subroutine assign_place_bars
 
    !> Region of a point contact that is just beginning: its gap and its force are zero.

@@ -5,7 +5,7 @@ module rod_load_sum
    use rod_state, only: state_t, node_position, element_load
    use element_families, only: collocates
    use gauss_tableau, only: max_stages
-   use rod_load, only: ge_load_t, acts, line_at_stage
+   use rod_load, only: ge_load_t, line_at_stage
    use ge_in_state, only: ge_at
    use ge_stages, only: ge_directions
    use conforming_span, only: conforming_state_t, conforming_forces
@@ -21,13 +21,12 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: middle(2)        !! the point
-      real(wp) :: total(3)
-      real(wp) :: x(2, 2), place(2, max_stages), direction(2, max_stages), line(2), rate(2)
+      real(wp) :: total(3), x(2, 2), place(2, max_stages), direction(2, max_stages), line(2), rate(2)
       type(ge_load_t) :: load
       integer :: i, s
       load = element_load(problem, state, e)
       total = 0.0_wp
-      if (.not. acts(load)) return
+      if (.not. allocated(load%more) .and. all(abs([load%line, load%pressure, load%gradient]) <= 0.0_wp)) return
       do i = 1, 2
          x(:, i) = node_position(state, problem%model%mesh%node(i, e)) - middle
       end do
@@ -71,8 +70,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau(:)           !! places in the element, 0 to 1 of its stress-free length
-      real(wp) :: place(2, size(tau))
-      real(wp) :: local(3)
+      real(wp) :: place(2, size(tau)), local(3)
       type(conforming_state_t) :: kept
       integer :: i
       do i = 1, size(tau)

@@ -66,8 +66,7 @@ contains
       l = norm2(d)
       d = d / l
       load = element_load(problem, state, e)
-      force = ul2_forces(1.0_wp / problem%compliance(e)%axial, 1.0_wp / problem%compliance(e)%bending, load, &
-         & state%z(:3, e))
+      force = ul2_forces(1.0_wp / problem%compliance(e)%axial, 1.0_wp / problem%compliance(e)%bending, load, state%z(:3, e))
       shear = -(force(2) + force(3)) / l
       first = [force(1) * d(1) - shear * d(2), force(1) * d(2) + shear * d(1), -force(2)]
       second = [first(1:2), force(3)]
@@ -106,8 +105,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau(:)            !! places in the element, 0 to 1 of its stress-free length
-      real(wp) :: local(3, size(tau))
-      real(wp) :: ends(3, 2), rho(2, max_stages), span(2), resultant(3)
+      real(wp) :: local(3, size(tau)), ends(3, 2), rho(2, max_stages), span(2), resultant(3)
       type(ge_data_t) :: element
       integer :: i
       if (problem%conforms(e) > 0) then

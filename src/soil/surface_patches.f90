@@ -128,8 +128,7 @@ contains
       order = along_surface(patches, list, obstacle)
       do i = 1, size(order) - 1
          associate (a => patches%reach(:, order(i)), b => patches%reach(:, order(i + 1)))
-            if (b(1) - a(2) >= -rounding * (a(2) - a(1) + b(2) - b(1)) .and. &
-               & patches%at(order(i + 1)) > patches%at(order(i))) cycle
+            if (b(1) - a(2) >= -rounding * (a(2) - a(1) + b(2) - b(1)) .and. patches%at(order(i + 1)) > patches%at(order(i))) cycle
             pair = patches%candidate(order(i:i + 1))
             return
          end associate

@@ -111,8 +111,7 @@ contains
       ! Geometric stiffness of curved obstacles under their reactions.
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) cycle
-         associate (node => problem%candidates%node(c), &
-            & carrier => problem%model%obstacle(problem%candidates%obstacle(c))%carrier)
+         associate (node => problem%candidates%node(c), carrier => problem%model%obstacle(problem%candidates%obstacle(c))%carrier)
             reaction = times * reaction_rate(problem, state, system, c)
             t = [system%normal(2, c), -system%normal(1, c)]
             if (system%turned(node)) call turn_pair(system%axis(:, node), t)

@@ -1,7 +1,7 @@
 !> Loads on nodes at a state: constant loads left by earlier steps, and loads of the present step.
 module node_loads
    use kinds, only: wp
-   use pole_load, only: pole_load_t
+   use load_pattern, only: pole_load_t
    use problem, only: problem_t
    use rod_state, only: state_t, node_position
    implicit none

@@ -15,7 +15,7 @@ module problem
    use numbering, only: numbering_t, new_numbering
    use tie_pattern, only: tie_pattern_t, new_tie_pattern, coupled_pairs
    use gauss_tableau, only: tableau_t, max_stages, new_tableau
-   use rod_compliance, only: ge_stiffness_t, ge_compliance, forbid_stretch
+   use ge_data, only: ge_stiffness_t, ge_compliance, forbid_stretch
    use ge_element, only: ge_size
    use ul2_element, only: ul2_size
    use rod_geometry, only: geometry_t, new_geometry
@@ -253,7 +253,9 @@ contains
          problem%coupling = new_coupling(model, problem%candidates, home)
          problem%ground = new_ground(model, problem%tableau, home)
          problem%n_unknowns = 3 * model%mesh%n_nodes
-         problem%size = structure_size(home%x)
+         associate (x => home%x) ! diagonal of the bounding box
+            problem%size = hypot(maxval(x(1, :)) - minval(x(1, :)), maxval(x(2, :)) - minval(x(2, :)))
+         end associate
          problem%resting = rests(problem, problem%candidates, home) .and. rests(problem, problem%ground%chain, home)
          problem%beside = spread([0, 0], 2, model%mesh%n_nodes)
          problem%z_size = spread(ul2_size, 1, model%mesh%n_elements)
@@ -375,12 +377,6 @@ contains
          end associate
       end do
    end function rests
-
-   !> Diagonal of the bounding box of a set of points.
-   pure real(wp) function structure_size(x)
-      real(wp), intent(in) :: x(:, :)   !! (2, points) coordinates
-      structure_size = hypot(maxval(x(1, :)) - minval(x(1, :)), maxval(x(2, :)) - minval(x(2, :)))
-   end function structure_size
 
    !> Number of the equation of a nodal unknown (component 1, 2 or 3).
    pure integer function dof(problem, node, component)

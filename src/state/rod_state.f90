@@ -8,7 +8,7 @@ module rod_state
    use obstacle_pose, only: pose_t
    use ground_coupling, only: settlement
    use rod_load, only: ge_load_t
-   use rod_compliance, only: ge_stiffness_t, ge_compliance
+   use ge_data, only: ge_stiffness_t, ge_compliance
    use load_pattern, only: load_t
    use cross_section, only: section_t, varies
    use rod_samples, only: stage_section, add_line_loads
@@ -65,8 +65,7 @@ contains
       state%geometry = new_geometry(problem%model)
       do c = 1, problem%candidates%n
          call candidate_gap(problem, state, c, gap, normal, bend)
-         state%active(c) = (problem%candidates%bilateral(c) .or. gap <= touching_gap(problem)) .and. &
-            & may_react(problem, c, normal)
+         state%active(c) = (problem%candidates%bilateral(c) .or. gap <= touching_gap(problem)) .and. may_react(problem, c, normal)
          if (.not. state%active(c) .or. .not. problem%model%obstacle(problem%candidates%obstacle(c))%rigid) cycle
          associate (first => held(:, problem%candidates%node(c)))
             if (abs(normal(1) * first(2) - normal(2) * first(1)) < parallel .and. norm2(first) > 0.0_wp) then
@@ -181,8 +180,7 @@ contains
       do e = 1, size(load%pressure)
          if (.not. problem%immersed(e)) cycle
          do i = 1, 2
-            pressure(i, e) = pressure(i, e) + dot_product(load%gradient(:, e), node_position(state, &
-               & problem%model%mesh%node(i, e)))
+            pressure(i, e) = pressure(i, e) + dot_product(load%gradient(:, e), node_position(state, problem%model%mesh%node(i, e)))
          end do
       end do
    end function end_pressures

@@ -185,7 +185,9 @@ contains
                k(3, [4, 5, 7, 8]) = k(3, [4, 5, 7, 8]) - by_place * along([1, 2, 4, 5])
             end associate
             ! The positions of the stages are measured from the first end of the element.
-            k(3, 4:5) = k(3, 4:5) - by_place * start_tangent()
+            associate (n => system%normal(:, problem%conforms(e)))
+               k(3, 4:5) = k(3, 4:5) - by_place * [n(2), -n(1)]
+            end associate
          end do
          do i = 1, 2
             at = 3 * i + 1
@@ -207,16 +209,6 @@ contains
          force = force + load%pressure * half(:, 1)
          rate = rate + load%pressure_rate * half(:, 1)
       end associate
-
-   contains
-
-      !> Unit vector along the track at the first node.
-      pure function start_tangent() result(tangent)
-         real(wp) :: tangent(2)
-         associate (n => system%normal(:, problem%conforms(e)))
-            tangent = [n(2), -n(1)]
-         end associate
-      end function start_tangent
    end subroutine load_on_carrier
 
    !> Matrix of a contact with a carried obstacle for the unknowns of the contact's node and of the carrier. It includes the second

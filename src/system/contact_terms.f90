@@ -5,7 +5,7 @@ module contact_terms
    use problem, only: problem_t, dof
    use rod_state, only: state_t
    use force_law, only: foundation_reaction
-   use ground_marks, only: mark_spring
+   use ground_following, only: mark_spring
    use track_nodes, only: track_bend_rate, touchdown_spring, touchdown_couple
    use active_coupling, only: set_active, coupled_response, add_forces
    use tied_nodes, only: spread_force, add_matrix
@@ -65,8 +65,7 @@ contains
       real(wp) :: force(2), k(3, 3), motion(3), normal(3), pull(2)
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) cycle
-         associate (node => problem%candidates%node(c), &
-            & carrier => problem%model%obstacle(problem%candidates%obstacle(c))%carrier)
+         associate (node => problem%candidates%node(c), carrier => problem%model%obstacle(problem%candidates%obstacle(c))%carrier)
             d = dof(problem, node, 1)
             call contact_tangent(problem, state, system, c, force, k)
             if (system%soft(c)) call spread_force(problem, system%tie_block, node, -[force, 0.0_wp], system%residual)

@@ -170,8 +170,7 @@ contains
             end associate
          end if
          z = problem%z_size(e)
-         call place_rate(problem, state, e, tau, profile, du, matmul(system%op(:z, :6, e), du), 0.0_wp, &
-            & rate(:, node))
+         call place_rate(problem, state, e, tau, profile, du, matmul(system%op(:z, :6, e), du), 0.0_wp, rate(:, node))
          if (carried_by(problem, e) == 0) cycle
          ! A point inside a conforming element moves with the obstacle of the element.
          pose = pose_of(problem, state, problem%candidates%obstacle(problem%conforms(e)))

@@ -64,8 +64,7 @@ contains
       type(system_t), intent(in) :: system
       integer, intent(in) :: e
       real(wp), intent(in) :: x(:)             !! (n) unknowns, node axes
-      real(wp) :: relative(6)
-      real(wp) :: moved(2), u(3), turn
+      real(wp) :: relative(6), moved(2), u(3), turn
       integer :: i, node(2)
       relative = element_unknowns(problem, system, x, e)
       ! Nothing is subtracted for conforming elements, which resist every translation.

@@ -136,8 +136,7 @@ contains
          system%fixed(d + 2) = .true.
          system%value(d + 2) = -track_rotation(problem, state, c) - system%bend(c) * dot_product(track, moved) - &
             & system%roll(node) * system%value(d)
-         system%rate(d + 2) = -system%bend(c) * dot_product(track, rate - system%motion(:, c)) - &
-            & system%roll(node) * system%rate(d)
+         system%rate(d + 2) = -system%bend(c) * dot_product(track, rate - system%motion(:, c)) - system%roll(node) * system%rate(d)
       end subroutine turn_in_corner
    end subroutine set_constraints
 

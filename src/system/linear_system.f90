@@ -1,8 +1,9 @@
 !> Equilibrium equations at a state, assembled with the present contact set.
 !>
 !> This module re-exports the modules of its parts: system_type has the data, node_axes the axes of the unknowns,
-!> eliminated_unknowns the constraints, contact_terms, joint_stiffness and rigidity_maps their terms, and residual_measure the
-!> residual.
+!> eliminated_unknowns the constraints, contact_terms and joint_stiffness their terms, and residual_measure the residual.
+!>
+!> The linear maps of inextensible elements, with which axial_rigidity corrects solutions, are computed here (set_rigidity).
 module linear_system
    use kinds, only: wp
    use problem, only: problem_t, carried_by
@@ -12,24 +13,26 @@ module linear_system
    use node_loads, only: node_push_t, dead_node_load, node_pushes
    use rod_equations, only: evaluate_rod
    use inner_forces, only: inner_forces_t
-   use band_matrix, only: clear_band, row_product, add_row
+   use band_matrix, only: row_product, add_row
    use active_coupling, only: excess_row, subtract_excess
    use tied_nodes, only: set_blocks, spread_force, add_matrix
    use system_type, only: system_t, new_system
-   use node_axes, only: to_node, turn_force, turn_pair, matrix_to_node, to_global, spread_element
+   use node_axes, only: to_node, turn_force, turn_pair, matrix_to_node, to_global, spread_element, own_axes
    use carried_obstacles, only: set_carried, add_carried_loads
    use eliminated_unknowns, only: set_constraints, contact_reaction, reaction_weights
    use contact_terms, only: set_foundation, set_coupling, add_contact, add_marks, contact_pull
    use joint_stiffness, only: add_joint_springs, add_links
    use node_matrices, only: add_node_matrices
-   use rigidity_maps, only: set_rigidity
    use rolling_rods, only: constrain_rolling
    use residual_measure, only: measure_residual, worst_round_off
    use timing, only: timing_start, timing_stop, count_up, phase_elements, phase_assembly, counter_evaluated
+   use ge_in_state, only: ge_at
+   use ge_stages, only: ge_directions
+   use gauss_tableau, only: max_stages
    implicit none
    private
-   public :: system_t, new_system, assemble, sum_elements, contact_pull, matrix_to_node, turn_pair, to_node, to_global, row_times, &
-      & rows_times, contact_reaction, reaction_weights, worst_round_off
+   public :: system_t, new_system, assemble, sum_elements, contact_pull, matrix_to_node, turn_pair, to_node, to_global, &
+      & row_times, rows_times, contact_reaction, reaction_weights, worst_round_off
 
 contains
 
@@ -158,7 +161,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(system_t), intent(inout) :: system
       integer :: e, i, j, a, b, p(2), node(2)
-      call clear_band(system%k)
+      system%k%a = 0.0_wp
+      system%k%beside = 0.0_wp
       system%residual = 0.0_wp
       system%load = 0.0_wp
       do e = 1, problem%model%mesh%n_elements
@@ -249,4 +253,74 @@ contains
       end do
       call subtract_excess(system%coupling, weight, row, form)
    end subroutine rows_times
+
+   !> Computes the maps from the elements' tangents in node axes. In a free element the artificial extension is caused by the force
+   !> at its first end, in a conforming element by the force along the track at its second end.
+   subroutine set_rigidity(problem, state, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(inout) :: system
+      real(wp) :: part(3, 3), axes(2, 2)
+      integer :: i, j, e, n, b, k
+      do i = 1, system%rigidity%n
+         e = system%rigidity%element(i)
+         n = system%rigidity%first(i)
+         associate (rigidity => system%rigidity, ties => problem%ties, nodes => problem%model%mesh%node(:, e), &
+            & on_track => problem%conforms(e) > 0)
+            axes = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2])
+            do k = 1, 2
+               if (system%turned(nodes(2))) call turn_pair(system%axis(:, nodes(2)), axes(:, k))
+            end do
+            if (on_track) then
+               rigidity%give(:, :, i) = 0.0_wp
+               do k = 1, 2
+                  rigidity%give(k, k, i) = state%geometry%element(e)%length * problem%compliance(e)%give
+               end do
+               rigidity%shifted(:, :, i) = matmul(transpose(axes), matmul(system%ek(4:5, 4:5, e), axes))
+               rigidity%load(:, i) = -matmul(transpose(axes), system%el(4:5, e))
+            else
+               rigidity%give(:, :, i) = give_inside(problem, state, e)
+               rigidity%shifted(:, :, i) = system%op(1:2, 4:5, e)
+               rigidity%load(:, i) = system%op(1:2, 8, e)
+            end if
+            do j = 1, 2
+               ! The index before that of the first tie stands for the node's own unknowns.
+               do b = ties%first(nodes(j)) - merge(0, 1, ties%follows(nodes(j))), ties%first(nodes(j) + 1) - 1
+                  part = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
+                  if (b >= ties%first(nodes(j))) part = system%tie_block(:, :, b)
+                  if (b >= ties%first(nodes(j)) .and. carried_by(problem, e) > 0) part = system%slip_block(:, :, b)
+                  rigidity%push(:, n:n + 2) = matmul(transpose(matmul(system%ek(3 * j - 2:3 * j, 4:5, e), axes)), part)
+                  if (on_track) then
+                     rigidity%force(:, n:n + 2) = rigidity%push(:, n:n + 2) ! both are forces at the second end
+                  else
+                     rigidity%force(:, n:n + 2) = matmul(system%op(1:2, 3 * j - 2:3 * j, e), &
+                        & matmul(own_axes(system, nodes(j)), part))
+                  end if
+                  n = n + 3
+               end do
+            end do
+         end associate
+      end do
+   end subroutine set_rigidity
+
+   !> Artificial extension of an element outside contact for a unit force at its first end. The artificial compliance acts along the
+   !> tangents of the rod at the element's Gauss points.
+   pure function give_inside(problem, state, e) result(give)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp) :: give(2, 2), t(2, max_stages)
+      integer :: j, k, s
+      s = problem%model%mesh%stages(e)
+      give = 0.0_wp
+      associate (g => state%geometry%element(e), tab => problem%tableau(s))
+         t = ge_directions(tab, ge_at(problem, state, e))
+         do j = 1, s
+            t(:, j) = t(:, j) / norm2(t(:, j))
+            do k = 1, 2
+               give(:, k) = give(:, k) + (g%length * g%scale * tab%b(j) * problem%compliance(e)%give * t(k, j)) * t(:, j)
+            end do
+         end do
+      end associate
+   end function give_inside
 end module linear_system

@@ -91,8 +91,7 @@ contains
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: x(:)             !! (n) increments of the unknowns, node axes
       integer, intent(in) :: e
-      real(wp) :: du(6)
-      real(wp) :: own(6), axes(3, 3)
+      real(wp) :: du(6), own(6), axes(3, 3)
       integer :: i
       own = element_unknowns(problem, system, x, e)
       do i = 1, 2
@@ -129,8 +128,7 @@ contains
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: x(:) !! (n) increments of the unknowns, node axes
       integer, intent(in) :: node
-      real(wp) :: du(3)
-      real(wp) :: own(3), normal
+      real(wp) :: du(3), own(3), normal
       du = node_unknowns(problem, system%tie_block, node, x)
       if (.not. system%turned(node)) return
       own = du

@@ -118,8 +118,7 @@ contains
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: block(:, :, :)
       integer, intent(in) :: nodes(:)
-      real(wp), intent(in) :: k(3 * size(nodes), 3 * size(nodes))
-      real(wp), intent(in) :: x(:)
+      real(wp), intent(in) :: k(3 * size(nodes), 3 * size(nodes)), x(:)
       real(wp), intent(inout) :: y(:), form
       real(wp) :: moved(3 * size(nodes)), force(3 * size(nodes))
       integer :: i

@@ -138,8 +138,7 @@ contains
    !> Nodes that must stay in contact while the rod rolls: the clamp, and nodes at which forces act.
    pure function fixed_contacts(problem) result(node)
       type(problem_t), intent(in) :: problem
-      integer, allocatable :: node(:)
-      integer, allocatable :: of_rod(:)
+      integer, allocatable :: node(:), of_rod(:)
       logical, allocatable :: loaded(:)
       integer :: n, i
       of_rod = rod_nodes(problem)
@@ -177,14 +176,6 @@ contains
       end do
    end function lying
 
-   !> Curvature times structure's size below which rolling is undetermined. For a curvature k beside the clamp, the stiffness
-   !> against rolling is k^2 in units of EI and the size. The residual then rolls the rod by tolerance/k^2. If k is below the third
-   !> root of the tolerance, this distance exceeds k, the distance to the point of zero curvature.
-   pure real(wp) function nearly_flat(problem)
-      type(problem_t), intent(in) :: problem
-      nearly_flat = problem%model%step(problem%step)%tolerance**(1.0_wp / 3.0_wp)
-   end function nearly_flat
-
    !> Adds a spring against rolling at the unknown that rolling displaces most. If touchdown points are fixed at their material
    !> points, this unknown is fixed instead; its force is zero when the touchdown points are at their equilibrium positions.
    subroutine constrain_rolling(problem, state, system)
@@ -204,7 +195,10 @@ contains
       do i = 1, size(stands)
          lies(:, i) = [(lying(problem, state, stands(i), side), side=1, 2)]
       end do
-      if (any(lies < -nearly_flat(problem) * problem%size)) return
+      ! For a curvature k beside the clamp, the stiffness against rolling is k^2 in units of EI and the size. The residual then
+      ! rolls the rod by tolerance/k^2. If k is below the third root of the tolerance, this distance exceeds k, the distance to the
+      ! point of zero curvature, and rolling is undetermined.
+      if (any(lies < -problem%model%step(problem%step)%tolerance**(1.0_wp / 3.0_wp) * problem%size)) return
       clamp = tangent(problem%beside(2, problem%rolling), 1)
       most = 0.0_wp
       do e = 1, problem%model%mesh%n_elements

@@ -14,8 +14,8 @@
 !> monitor             any of these sums with the deck's factor and offset (monitors)
 !> place               position of a touchdown point (place_functional)
 !> section quantity    section force, strain or stress at a point (section_quantities)
-!> gap at a point      gap between an obstacle and a point inside an element (gap_functional)
-!> relative curvature  curvature of the rod minus that of the obstacle at a point contact (relative_curvature)
+!> gap at a point      gap between an obstacle and a point inside an element (displacement_functional)
+!> relative curvature  curvature of the rod minus that of the obstacle at a point contact (place_functional)
 module state_functional
    use kinds, only: wp
    implicit none

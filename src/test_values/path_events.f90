@@ -16,7 +16,7 @@ module path_events
    use path_record, only: region_t
    implicit none
    private
-   public :: test_values_t, event_t, new_test_values, detect_events, value_events, event_value, note_of_corner
+   public :: test_values_t, event_t, new_test_values, detect_events, value_events, event_value, note_of_corner, test_value
    public :: event_limit, event_bifurcation, event_release, event_turning, event_contact, event_value_reached, event_stop
 
    integer, parameter :: event_limit = 1, event_bifurcation = 2, event_contact = 3, event_value_reached = 4, event_stop = 5, &
@@ -198,8 +198,7 @@ contains
       integer :: i
       allocate (events(0))
       do i = 1, size(step%locate)
-         event = event_t(kind=event_value_reached, label='UZ', monitor=step%locate(i)%monitor, &
-            & value=step%locate(i)%value)
+         event = event_t(kind=event_value_reached, label='UZ', monitor=step%locate(i)%monitor, value=step%locate(i)%value)
          event%note = 'value asked for'
          if (crosses(event)) events = [events, event]
       end do
@@ -270,8 +269,7 @@ contains
                if (.not. any(event%marked)) cycle
             end if
             event%note = contact_words(label, event%divided)
-            event%reaction_scale = max(sum(from%reaction, mask=event%marked), sum(to%reaction, mask=event%marked), &
-               & tiny(1.0_wp))
+            event%reaction_scale = max(sum(from%reaction, mask=event%marked), sum(to%reaction, mask=event%marked), tiny(1.0_wp))
             event%gap_scale = max(abs(smallest_gap(problem, from, event%marked)), &
                & abs(smallest_gap(problem, to, event%marked)), tiny(1.0_wp))
             events = [events, event]
@@ -317,7 +315,8 @@ contains
          else if (event%divided) then
             ! A region is undivided as long as all its candidates are in contact.
             value = minval(state%reaction, mask=event%marked) / event%reaction_scale
-            if (any(event%marked .and. .not. state%active)) value = -largest_gap(problem, state, event%marked) / event%gap_scale
+            if (any(event%marked .and. .not. state%active)) value = -max(0.0_wp, &
+               & maxval(openings(problem, state), mask=event%marked .and. .not. state%active)) / event%gap_scale
          else if (any(state%active .and. event%marked)) then
             value = sum(state%reaction, mask=event%marked) / event%reaction_scale
          else
@@ -336,14 +335,6 @@ contains
       logical, intent(in) :: marked(:)
       smallest = minval(openings(problem, state), mask=marked)
    end function smallest_gap
-
-   !> Largest gap of the given candidates that are open; 0 if none is open.
-   real(wp) function largest_gap(problem, state, marked) result(largest)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      logical, intent(in) :: marked(:)
-      largest = max(0.0_wp, maxval(openings(problem, state), mask=marked .and. .not. state%active))
-   end function largest_gap
 
    !> (candidates) gaps.
    function openings(problem, state) result(opening)

@@ -186,8 +186,7 @@ contains
          run%control%increment = sign(min(max(abs(run%last_load), step%smallest), abs(step%increment)), run%last_load)
       else if (step%method == method_displacement) then
          change = first%test_values%monitor - run%last%test_values%monitor
-         run%control%increment = sign(min(max(abs(change(step%monitor)), step%smallest), abs(step%increment)), &
-            & change(step%monitor))
+         run%control%increment = sign(min(max(abs(change(step%monitor)), step%smallest), abs(step%increment)), change(step%monitor))
       end if
    end subroutine set_increment
 end module branch_switching

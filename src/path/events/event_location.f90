@@ -17,16 +17,15 @@ module event_location
    use located_events, only: located_event_t, note_balance
    use contact_set, only: sign_slack
    use law_corners, only: law_corner_t, corner_between
-   use smooth_zero, only: locate_smooth
-   use zero_at_end, only: take_beginning
-   use event_eigenvalue, only: zero_eigenvalue
+   use smooth_zero, only: locate_smooth, take_beginning
+   use zero_search, only: zero_eigenvalue
    use path_point, only: path_point_t, evaluate_tests
    use path_state, only: path_state_t, copy_path_state, path_tangent_of
    use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    use force_law, only: segment_open, segment_unknown
    implicit none
    private
-   public :: locate_event
+   public :: locate_event, value_rate
 
 contains
 

@@ -6,7 +6,7 @@ module event_search
    use path_point, only: path_point_t
    use path_state, only: path_state_t, copy_path_state
    use branch_closure, only: check_parent_path
-   use path_events, only: test_values_t, event_t, detect_events, value_events, event_limit
+   use path_events, only: test_values_t, event_t, detect_events, value_events, event_limit, test_value
    use tangent_modes, only: apply_tangent
    use located_events, only: located_event_t
    use event_location, only: locate_event
@@ -150,19 +150,7 @@ contains
       type(test_values_t), intent(in) :: first, last
       type(event_t), allocatable, intent(inout) :: events(:)
       integer :: i
-      events = pack(events, [(.not. is_between(first, last, events(i)), i=1, size(events))])
+      events = pack(events, [(.not. (test_value(first, events(i)) - events(i)%value) * (test_value(last, events(i)) - &
+         & events(i)%value) < 0.0_wp, i=1, size(events))])
    end subroutine drop_known
-
-   !> True if the event's value lies between the values at both ends of the increment.
-   pure logical function is_between(first, last, event)
-      type(test_values_t), intent(in) :: first, last
-      type(event_t), intent(in) :: event
-      associate (monitor => event%monitor, value => event%value)
-         if (monitor == 0) then
-            is_between = (first%load_factor - value) * (last%load_factor - value) < 0.0_wp
-         else
-            is_between = (first%monitor(monitor) - value) * (last%monitor(monitor) - value) < 0.0_wp
-         end if
-      end associate
-   end function is_between
 end module event_search

@@ -7,27 +7,39 @@
 !> from it for Newton's method and near enough for a cubic. At a distance h (fraction of the increment) the errors are epsilon/h and
 !> h^4, which suggests h = epsilon^(1/5). If several eigenvalues vanish together, their order by value changes at the zero; their
 !> order by magnitude is the same on both sides.
+!>
+!> A bifurcation is searched for on another path (locate_on_crossing_path) where the present path crosses another path with a load
+!> extremum of its own: a symmetric pitchfork, followed along its branch. Along the branch the vanishing eigenvalue touches zero
+!> there without changing its sign, so that points near the bifurcation are inaccurate. Along the other (symmetric) path the
+!> eigenvalue passes through zero, and all displacements have no component along the null vector.
+!>
+!> If the corrector fails for every point inside the increment, the event is placed at an end of the increment.
 module smooth_zero
    use kinds, only: wp
    use model, only: step_t
    use problem, only: problem_t
    use rod_state, only: state_t
-   use path_control, only: control_t, path_length
-   use corrector, only: correct
+   use path_control, only: control_t, path_length, metric
+   use corrector, only: correct, increment_t
    use path_continuity, only: path_tangent_t, normal_plane, between
    use increment_points, only: division_t
    use path_events, only: event_bifurcation, event_limit
-   use event_eigenvalue, only: zero_eigenvalue
-   use zero_search, only: zero_search_t, find_zero, tangent_turn_per_force
-   use crossing_path, only: locate_on_crossing_path
-   use zero_at_end, only: take_beginning, take_nearer_end
+   use zero_search, only: zero_search_t, find_zero, tangent_turn_per_force, zero_eigenvalue, state_between, zero_of_cubic, &
+      & n_samples
    use located_events, only: located_event_t, note_balance
    use path_point, only: path_point_t, point_at, evaluate_tests
    use path_state, only: path_state_t
    use bracketing, only: new_bracket
+   use errors, only: error_t
+   use tangent_modes, only: modes_t, lowest_modes
+   use null_directions, only: response_without, tangent_without
+   use bordered_system, only: apply_increment
    implicit none
    private
-   public :: locate_smooth
+   public :: locate_smooth, take_beginning
+
+   integer, parameter :: most = 6                !! largest number of interpolations
+   real(wp), parameter :: spacing = epsilon(1.0_wp)**0.2_wp !! spacing of the samples over the whole displacement
 
 contains
 
@@ -130,4 +142,97 @@ contains
          located_event%tangent_turn = tangent_turn_per_force(search, path_length(problem, run%last%state, trial%state))
       end subroutine confirm_bifurcation
    end subroutine locate_smooth
+
+   !> Finds the bifurcation as the zero of the eigenvalue along the symmetric path, extrapolated from samples on the side of the
+   !> bifurcation without a branch.
+   subroutine locate_on_crossing_path(problem, side, state, found)
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: side               !! 1 (or -1): the samples have larger (or smaller) loads than the branch
+      type(state_t), intent(inout) :: state !! in: state between two points of the branch, with hardly any component along the null
+      !! vector; out: state at the bifurcation, unchanged if it is not found
+      logical, intent(out) :: found
+      type(path_point_t) :: here, there
+      type(state_t) :: sample(n_samples)
+      type(modes_t) :: modes
+      type(error_t), allocatable :: error
+      type(path_tangent_t) :: heading, along
+      type(control_t) :: plane
+      type(increment_t) :: report
+      real(wp) :: at(n_samples), mu(n_samples), length, x
+      integer :: try, k
+      here = point_at(problem, state)
+      do try = 1, most
+         found = here%system%ok
+         if (found) call lowest_modes(problem, here%state, here%system, 1, modes, error)
+         if (found) found = modes%n > 0
+         if (.not. found) return
+         heading = tangent_without(problem, here%system, modes%x(:, :1))
+         plane = normal_plane(problem, here%state, heading)
+         length = sqrt(metric(problem, here%state%u, here%state%u))
+         at = spacing * [1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp]
+         if (side < 0.0_wp) at = -at(n_samples:1:-1)
+         there = here
+         do k = 1, n_samples
+            plane%increment = at(k) * length
+            ! Newton's method converges on the symmetric path only at some distance from the bifurcation.
+            if (k == 1) call apply_increment(problem, here%system, plane%increment * heading%load * response_without(problem, &
+               & here%system, modes%x(:, :1)), plane%increment * heading%load, there%state)
+            call correct(problem, here%state, plane, .true., there%state, there%system, report)
+            found = report%converged
+            if (found) call lowest_modes(problem, there%state, there%system, 1, modes, error)
+            if (found) found = modes%n > 0
+            if (.not. found) return
+            sample(k) = there%state
+            mu(k) = modes%mu(1)
+         end do
+         x = zero_of_cubic(at, mu)
+         call state_between(problem, sample, at, x, here%state, along)
+         found = abs(x) <= 2.0_wp * spacing
+         if (found) exit
+         here = point_at(problem, here%state)
+      end do
+      if (found) state = here%state
+   end subroutine locate_on_crossing_path
+
+   !> Places the event at the last accepted point if a line contact has just become a point contact there. The rotational stiffness
+   !> of the point contact is unbounded at zero relative curvature, so that no point inside the increment can be corrected. The
+   !> eigenvalues do not show by how much the length of the line contact has become negative.
+   subroutine take_beginning(step, run, located_event)
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(in) :: run
+      type(located_event_t), intent(inout) :: located_event !! out: point and fraction are set; located is true if the event is at
+      !! the last accepted point
+      logical :: balanced
+      located_event%point = run%last
+      located_event%fraction = 0.0_wp
+      call note_balance(step, located_event%point%system, located_event%report, balanced)
+      located_event%located = run%since_change%shrunk .and. balanced
+      located_event%event%jumps = located_event%located .and. located_event%event%kind == event_bifurcation
+   end subroutine take_beginning
+
+   !> Places a limit point at that end of the increment that has the larger (maximum) or smaller (minimum) load, if the increment is
+   !> so short that points inside it differ by rounding only. The intersection of the load's tangents at both ends bounds the error
+   !> of the load.
+   subroutine take_nearer_end(problem, step, run, trial, located_event)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: trial
+      type(located_event_t), intent(inout) :: located_event !! out: point and fraction are set; located is true if the bound is
+      !! within tolerance
+      real(wp) :: left, rates(2)
+      if (run%last%state%load_factor * located_event%event%before > trial%state%load_factor * located_event%event%before) then
+         located_event%point = run%last
+         located_event%fraction = 0.0_wp
+      else
+         located_event%point = trial
+         located_event%fraction = 1.0_wp
+      end if
+      rates = abs([run%last%tangent%load, trial%tangent%load])
+      left = (product(rates) * path_length(problem, run%last%state, trial%state) - abs(located_event%point%tangent%load) * &
+         & abs(trial%state%load_factor - run%last%state%load_factor)) / sum(rates)
+      if (left > step%locate_tolerance * abs(located_event%point%state%load_factor)) return
+      call note_balance(step, located_event%point%system, located_event%report, located_event%located)
+      located_event%event%pivots = located_event%point%system%negative_pivots
+   end subroutine take_nearer_end
 end module smooth_zero

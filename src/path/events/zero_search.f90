@@ -1,25 +1,36 @@
 !> Finds the zero of an event function inside an increment from points of the path on both sides.
+!>
+!> The function at a bifurcation or detachment is the eigenvalue of the tangent stiffness that vanishes (zero_eigenvalue). States
+!> are interpolated by a cubic between points of the path, with their tangents (state_between). They replace points at which the
+!> last correction of Newton's method is meaningless (bifurcation) or the method fails (point contact at zero relative curvature).
 module zero_search
    use kinds, only: wp
    use model, only: step_t
-   use problem, only: problem_t
+   use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
-   use path_samples, only: state_between, lagrange, zero_of_cubic, n_samples
    use increment_points, only: division_t, point_within
-   use path_events, only: event_value, event_bifurcation
-   use event_eigenvalue, only: zero_eigenvalue, follow_through_zero
+   use path_events, only: event_value, event_bifurcation, event_t, event_release
    use located_events, only: located_event_t
-   use tangent_modes, only: modes_t
+   use tangent_modes, only: modes_t, lowest_modes, numbered_eigenvalue, most_null_vectors
    use path_point, only: path_point_t
    use path_state, only: path_state_t
    use bracketing, only: bracket_t, next_guess, take_value
+   use errors, only: error_t
+   use linear_system, only: system_t, new_system
+   use bordered_system, only: linearise
+   use force_free_contact, only: isolate_force_free_lines
+   use state_transfer, only: displacements_at
+   use path_control, only: metric
+   use path_continuity, only: path_tangent_t, blended
    implicit none
    private
-   public :: zero_search_t, find_zero, tangent_turn_per_force
+   public :: zero_search_t, find_zero, tangent_turn_per_force, zero_eigenvalue, state_between, zero_of_cubic, n_samples
 
    integer, parameter :: max_centres = 6 !! largest number of interpolations for one zero; with values from 1 to 12 every deck in
    !! input has the same results
-   real(wp), parameter :: reach = epsilon(1.0_wp)**0.2_wp !! spacing of the samples, as a fraction of the increment, see smooth_zero
+   real(wp), parameter :: reach = epsilon(1.0_wp)**0.2_wp !! spacing of the samples, as a fraction of the increment
+
+   integer, parameter :: n_samples = 4           !! number of samples of a cubic
 
    !> Data of the search for the zero of an event function.
    type :: zero_search_t
@@ -183,4 +194,138 @@ contains
       turn = slope * minval(abs(search%at - search%centre))**2 * length
       if (turn > 0.0_wp) turn = 1.0_wp / turn
    end function tangent_turn_per_force
+
+   !> Eigenvalue that changes its sign at the event, evaluated at a point near the event. For a detachment it is an eigenvalue of
+   !> the structure without its force-free line contacts.
+   real(wp) function zero_eigenvalue(problem, event, point, found) result(mu)
+      type(problem_t), intent(in) :: problem
+      type(event_t), intent(in) :: event
+      type(path_point_t), intent(in) :: point
+      type(modes_t), intent(out), optional :: found !! all eigenvalues computed
+      real(wp), parameter :: alone = sqrt(epsilon(mu))
+      type(modes_t) :: modes
+      type(error_t), allocatable :: error
+      type(problem_t) :: free
+      type(state_t) :: at
+      type(system_t) :: other
+      logical :: any_weak
+      if (event%kind == event_release) then
+         call isolate_force_free_lines(problem, point%state, point%system, free, at, any_weak)
+         if (.not. any_weak) then
+            call copy_problem(problem, free)
+            at = point%state
+         end if
+         other = new_system(free)
+         call linearise(free, at, at, other)
+         call lowest_modes(free, at, other, most_null_vectors, modes, error)
+      else
+         call lowest_modes(problem, point%state, point%system, most_null_vectors, modes, error)
+      end if
+      mu = numbered_eigenvalue(modes, event%number, event%least, event%most)
+      ! At the event itself the sign of the vanishing eigenvalue is rounding, so that its number in the order is unknown: the
+      ! smallest eigenvalue is returned.
+      if (event%kind == event_release .and. size(modes%mu) > 1) then
+         if (abs(modes%mu(1)) <= alone * abs(modes%mu(2))) mu = modes%mu(1)
+      end if
+      if (present(found)) found = modes
+   end function zero_eigenvalue
+
+   !> Selects the eigenvalue of the event at samples on both sides of the event, if several eigenvalues vanish there. Among the
+   !> eigenvalues that change their sign, the k-th by magnitude is the same eigenvalue on both sides.
+   pure subroutine follow_through_zero(modes, event, mu)
+      type(modes_t), intent(in) :: modes(n_samples)
+      type(event_t), intent(in) :: event
+      real(wp), intent(inout) :: mu(n_samples)  !! eigenvalue at each sample; in: selected by its number in the order
+      integer :: first, last, k, i, j, left
+      logical :: wanted, beyond
+      first = negative_count(modes(1))
+      last = negative_count(modes(n_samples))
+      if (abs(last - first) < 2) return
+      k = event%number - min(max(min(first, last), event%least), event%most - 1)
+      if (k < 1 .or. k > abs(last - first)) return
+      do i = 1, n_samples
+         beyond = abs(negative_count(modes(i)) - last) < abs(negative_count(modes(i)) - first)
+         wanted = merge(last > first, first > last, beyond)
+         left = k
+         ! The eigenvalues in `modes` are sorted by magnitude.
+         do j = 1, modes(i)%n
+            if (modes(i)%mu(j) < 0.0_wp .neqv. wanted) cycle
+            left = left - 1
+            if (left == 0) mu(i) = modes(i)%mu(j)
+         end do
+      end do
+   end subroutine follow_through_zero
+
+   !> Number of negative eigenvalues that event functions use. Where refined eigenvalues were computed, their signs are counted.
+   pure integer function negative_count(modes)
+      type(modes_t), intent(in) :: modes
+      negative_count = modes%pivots - modes%hinges - count(modes%was_negative) + count(modes%mu < 0.0_wp)
+   end function negative_count
+
+   !> Computes the state and the unit tangent at a position of the cubic through the samples.
+   subroutine state_between(problem, sample, at, x, place, heading)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: sample(n_samples)
+      real(wp), intent(in) :: at(n_samples)      !! positions of the samples along the path
+      real(wp), intent(in) :: x                  !! position of the interpolated state
+      type(state_t), intent(out) :: place
+      type(path_tangent_t), intent(out) :: heading
+      real(wp) :: w(n_samples), d(n_samples), norm
+      integer :: i
+      call lagrange(at, x, w, d)
+      place = blended(problem, sample, w)
+      heading%load = dot_product(d, sample%load_factor)
+      heading%u = 0.0_wp * place%u
+      do i = 1, n_samples
+         if (problem%moves_nodes()) then
+            heading%u = heading%u + d(i) * displacements_at(problem, sample(i), place%geometry)
+         else
+            heading%u = heading%u + d(i) * sample(i)%u
+         end if
+      end do
+      norm = sqrt(metric(problem, heading%u, heading%u))
+      if (.not. norm > 0.0_wp) return
+      heading%u = heading%u / norm
+      heading%load = heading%load / norm
+   end subroutine state_between
+
+   !> Weights of the samples in the value and in the derivative, at x, of the polynomial through them.
+   pure subroutine lagrange(at, x, value, derivative)
+      real(wp), intent(in) :: at(:), x
+      real(wp), intent(out) :: value(:), derivative(:)
+      real(wp) :: product
+      integer :: i, j, k
+      do i = 1, size(at)
+         value(i) = 1.0_wp
+         derivative(i) = 0.0_wp
+         do j = 1, size(at)
+            if (j == i) cycle
+            value(i) = value(i) * (x - at(j)) / (at(i) - at(j))
+            product = 1.0_wp / (at(i) - at(j))
+            do k = 1, size(at)
+               if (k /= i .and. k /= j) product = product * (x - at(k)) / (at(i) - at(k))
+            end do
+            derivative(i) = derivative(i) + product
+         end do
+      end do
+   end subroutine lagrange
+
+   !> Zero, by Newton's method, of the cubic through four samples that is nearest to the middle of the samples.
+   pure real(wp) function zero_of_cubic(at, mu) result(x)
+      real(wp), intent(in) :: at(n_samples), mu(n_samples)
+      real(wp) :: value(n_samples), derivative(n_samples), slope, shift, reach
+      integer :: iteration
+      reach = at(n_samples) - at(1)
+      x = 0.5_wp * (at(1) + at(n_samples))
+      do iteration = 1, 20
+         call lagrange(at, x, value, derivative)
+         slope = dot_product(derivative, mu)
+         if (.not. abs(slope) > 0.0_wp) return
+         shift = -dot_product(value, mu) / slope
+         ! A Newton step is at most as long as the sampled interval, beyond which the cubic is meaningless.
+         shift = min(max(shift, -reach), reach)
+         x = x + shift
+         if (abs(shift) <= epsilon(x) * max(abs(x), reach)) return
+      end do
+   end function zero_of_cubic
 end module zero_search

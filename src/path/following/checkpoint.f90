@@ -6,6 +6,8 @@
 !> begins with a frame, which identifies the path and stores the results of earlier paths. The frame of a step's path has the
 !> perfect model and the buckling modes found so far. The frame of a branch also has the path of its step and the critical points of
 !> the branches before it, the frame of a limit curve the path of its step (limit_curves).
+!>
+!> A run can be continued with another deck if only the cards that control how steps are followed differ (why_not_with).
 module checkpoint
    use kinds, only: wp
    use errors, only: error_t
@@ -20,10 +22,11 @@ module checkpoint
    use attempt, only: attempt_t
    use path_outcome, only: outcome_t
    use path_record, only: recorder_t, buckling_t
+   use text, only: to_text
    implicit none
    private
-   public :: saved_run_t, on_step, on_branch, on_curve, exchange_step, exchange_branch, save_run, restore_run, clear_end
-   public :: change_steps, take_steps, continue_from_point, not_again
+   public :: saved_run_t, on_step, on_branch, on_curve, exchange_step, exchange_branch, save_run, restore_run, clear_end, &
+      & change_steps, take_steps, continue_from_point, not_again, why_not_with
 
    integer, parameter :: on_step = 1, on_branch = 2, on_curve = 3 !! kinds of path
    character(*), parameter :: not_again = 'the run that was made again up to the point does not find the points in the file: '// &
@@ -209,4 +212,48 @@ contains
       call exchange_outcome_t(a, outcome)
       call exchange_critical_points_t(a, run%critical_points)
    end subroutine exchange_path
+
+   !> Message that explains why a run of deck `old` cannot be continued with deck `new`; empty if it can.
+   function why_not_with(old, new) result(why)
+      type(model_t), intent(in) :: old, new
+      character(:), allocatable :: why
+      why = ''
+      if (size(old%step) /= size(new%step)) then
+         why = 'the deck has '//to_text(size(new%step))//' steps, that of the results has '//to_text(size(old%step))
+      else if (.not. same(structure(old), structure(new))) then
+         why = 'the deck is that of another structure, or has other loads: only *STATIC, *CONTROLS, *ACCURACY, *STOP, *LOCATE, ' &
+            & //'*TURNING POINTS, *FIELD OUTPUT and the ends of branches may be others'
+      end if
+   end function why_not_with
+
+   !> Archive of a model without title, job name and the cards that control how steps are followed.
+   function structure(model) result(a)
+      type(model_t), intent(in) :: model
+      type(archive_t) :: a
+      type(model_t) :: bare
+      type(step_t) :: nothing
+      integer :: i, k
+      bare = model
+      if (allocated(bare%title)) deallocate (bare%title)
+      if (allocated(bare%job)) deallocate (bare%job)
+      do i = 1, size(bare%step)
+         bare%step(i) = nothing
+         bare%step(i)%load = model%step(i)%load
+         bare%step(i)%branch = model%step(i)%branch
+         do k = 1, size(bare%step(i)%branch)
+            bare%step(i)%branch(k)%max_points = 0
+            deallocate (bare%step(i)%branch(k)%stop)
+         end do
+         bare%step(i)%limit_curve = model%step(i)%limit_curve
+         bare%step(i)%n_modes = model%step(i)%n_modes
+      end do
+      call exchange_model_t(a, bare)
+   end function structure
+
+   !> True if two archives have the same words.
+   logical function same(a, b)
+      type(archive_t), intent(in) :: a, b
+      same = a%n == b%n
+      if (same) same = all(a%words(:a%n) == b%words(:b%n))
+   end function same
 end module checkpoint

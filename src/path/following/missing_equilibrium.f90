@@ -142,8 +142,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact             !! index into deck%contact
       integer, intent(in) :: obstacle
-      real(wp), intent(in) :: load_factor
-      real(wp), intent(in) :: place(2)
+      real(wp), intent(in) :: load_factor, place(2)
       real(wp), intent(out) :: gap, normal(2)
       type(state_t) :: there
       type(pose_t) :: pose

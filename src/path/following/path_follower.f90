@@ -5,7 +5,7 @@
 !>                 equations factored at the last point, is the predictor
 !>   compare       is the trial on the path ahead? (increment_trials), else a remedy (step_recovery)
 !>   on the way    changes of the contact set (span_changes); limit points, bifurcations, contact, values (path_acceptance)
-!>   record        events and the trial (path_acceptance), unless the increment must be repeated (trial_request, increment_retries)
+!>   record        events and the trial (path_acceptance), unless the increment must be repeated (trial_request, increment_trials)
 !>   mesh, step    mesh density from the errors of the point; next increment (go_to_next_increment)
 module path_follower
    use kinds, only: wp
@@ -16,10 +16,9 @@ module path_follower
    use path_state, only: path_state_t
    use step_control, only: begin_arc_length, go_by_load, may_rest, next_increment, shorten_to_stop
    use attempt, only: attempt_t, start_from, leads_on, note_change, ended
-   use increment_trials, only: try_increment
+   use increment_trials, only: try_increment, retry_refined, try_another_set, shorten_increment
    use checkpoint, only: save_run
    use step_recovery, only: try_recovery
-   use increment_retries, only: retry_refined, try_another_set, shorten_increment
    use path_acceptance, only: arrival_t, accept
    use corner_limit, only: report_turned_load
    use path_outcome, only: outcome_t, must_end

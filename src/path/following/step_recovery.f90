@@ -13,17 +13,17 @@ module step_recovery
    use step_control, only: too_short
    use path_outcome, only: outcome_t
    use force_law, only: segment_unknown
-   use ground_marks, only: is_live
+   use ground_following, only: is_live
    use span_changes, only: check_contact_change
    use span_mesh, only: step_back, request_double_mesh
    use attempt, only: attempt_t, note_change, ended
-   use increment_retries, only: retry_refined, try_another_set, shorten_increment
+   use increment_trials, only: retry_refined, try_another_set, shorten_increment
    use path_record, only: recorder_t
    use timing, only: count_up, counter_rejected, counter_cut
    use text, only: to_text
    use path_control, only: is_arc_length
-   use displacement_functional, only: monitor_change
-   use unrecorded_path, only: unrecorded_path_t, start_unrecorded, advance_unrecorded
+   use event_location, only: value_rate
+   use corner_limit, only: unrecorded_path_t, start_unrecorded, advance_unrecorded
    use corrector, only: increment_t
    implicit none
    private
@@ -216,13 +216,15 @@ contains
       logical, intent(out) :: found             !! true: the controlled quantity turns back
       type(unrecorded_path_t) :: look
       real(wp) :: rate_here, rate_there, load, slope
+      integer :: controlled                      ! index of the controlled monitor; 0: the load factor
       logical :: ahead
       found = .false.
       points = 0
       at = run%last%state%load_factor
       if (.not. run%last%system%ok) return
       look = start_unrecorded(run)
-      rate_here = rate()
+      controlled = merge(run%control%monitor, 0, run%control%method == method_displacement)
+      rate_here = value_rate(problem, controlled, look%here)
       ! If the controlled quantity already changes against the sign of the increment at the last accepted point, it has turned back
       ! before that point.
       if (.not. rate_here * run%control%increment > 0.0_wp) return
@@ -232,23 +234,12 @@ contains
          call advance_unrecorded(problem, look, ahead)
          if (.not. ahead) return
          points = points + 1
-         rate_there = rate()
+         rate_there = value_rate(problem, controlled, look%here)
          found = rate_here * rate_there < 0.0_wp
          at = look%here%state%load_factor
          if (found .and. (at - load) * slope < 0.0_wp) at = load
          if (found) return
          rate_here = rate_there
       end do
-
-   contains
-
-      !> Derivative of the controlled quantity (load or monitor) by arc length at the last point that was followed.
-      real(wp) function rate()
-         associate (here => look%here)
-            rate = here%tangent%load
-            if (run%control%method == method_displacement) rate = here%tangent%load * monitor_change(problem, &
-               & run%control%monitor, here%state, here%system, here%system%tangent, 1.0_wp)
-         end associate
-      end function rate
    end subroutine look_ahead
 end module step_recovery

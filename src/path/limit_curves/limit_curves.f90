@@ -18,12 +18,10 @@ module limit_curves
    use path_outcome, only: outcome_t, must_end, note_trouble
    use span_tests, only: spans_hold
    use second_parameter, only: present_value
-   use limit_marks, only: renew_marks
-   use limit_rigid, only: make_rigid
    use limit_search, only: curve_trace_t, trial_t, set_follower_tangent, scale_rate, evaluate_rate, search, as_coordinate, &
       & as_value, small_drop
    use monitors, only: monitor_values
-   use limit_mesh, only: bars_here, refine_limit_point
+   use limit_mesh, only: bars_here, refine_limit_point, renew_marks, make_rigid
    use error_report, only: note_curve_bar
    use path_record, only: recorder_t, limit_point_t
    use run_archive, only: exchange_critical_points_t, exchange_curve_trace_t, exchange_outcome_t

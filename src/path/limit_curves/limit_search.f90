@@ -2,8 +2,7 @@
 !> rate on that surface (see limit_curves).
 module limit_search
    use kinds, only: wp
-   use model, only: step_t, limit_curve_t, method_linearised, method_cylindrical, parameter_modulus, parameter_ea, &
-      & parameter_ei
+   use model, only: step_t, limit_curve_t, method_linearised, method_cylindrical, parameter_modulus, parameter_ea, parameter_ei
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system
@@ -114,7 +113,8 @@ contains
       else
          call copy_problem(follower%problem, trial%problem)
       end if
-      if (present_value(trial%problem, follower%curve) <= 0.0_wp .and. must_be_positive(follower%curve)) then
+      if (present_value(trial%problem, follower%curve) <= 0.0_wp .and. &
+         & any(follower%curve%parameter == [parameter_modulus, parameter_ea, parameter_ei])) then
          trial%report%message = 'the parameter would no longer be positive'
          return
       end if
@@ -202,16 +202,9 @@ contains
          real(wp), intent(in) :: rate, by
          real(wp) :: off
          off = 0.5_wp * rate**2 / max(abs(by), tiny(1.0_wp)) * follower%unit(1)
-         accurate = off <= step%locate_tolerance * abs(trial%state%load_factor) .and. &
-            & abs(rate) <= 1.0e-3_wp * follower%rate_scale
+         accurate = off <= step%locate_tolerance * abs(trial%state%load_factor) .and. abs(rate) <= 1.0e-3_wp * follower%rate_scale
       end function accurate
    end subroutine search
-
-   !> True if the curve's parameter must be positive: a modulus or a stiffness.
-   pure logical function must_be_positive(curve)
-      type(limit_curve_t), intent(in) :: curve
-      must_be_positive = any(curve%parameter == [parameter_modulus, parameter_ea, parameter_ei])
-   end function must_be_positive
 
    !> Coordinate of the curve: the parameter or its decimal logarithm.
    pure real(wp) function as_coordinate(curve, value)

@@ -56,8 +56,7 @@ contains
       end if
       ! The deck's element numbers refer to the deck's mesh; *CURVE definitions have the same numbers on every mesh.
       k = 0
-      if (curve%parameter == parameter_imperfection) &
-         & k = base%deck%curve(base%deck%mesh%curve(curve%element(1)))%imperfection
+      if (curve%parameter == parameter_imperfection) k = base%deck%curve(base%deck%mesh%curve(curve%element(1)))%imperfection
       call set_value(problem%deck, curve, value, k)
       if (.not. base%moves_nodes()) call set_value(problem%model, curve, value, k)
       if (k > 0) problem%layout = new_layout(problem%deck)
@@ -196,8 +195,7 @@ contains
       logical function same_place(list, candidate, new)
          type(candidates_t), intent(in) :: list
          integer, intent(in) :: candidate, new
-         same_place = list%node(candidate) == to%candidates%node(new) .and. &
-            & list%contact(candidate) == to%candidates%contact(new)
+         same_place = list%node(candidate) == to%candidates%node(new) .and. list%contact(candidate) == to%candidates%contact(new)
       end function same_place
    end function carry_state
 end module second_parameter

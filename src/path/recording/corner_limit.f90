@@ -4,23 +4,35 @@
 !> rate vanishes and no tangent is singular. This limit point is reported at the same point as the contact change. For contact at
 !> nodes the change of a single node at the end of a contact region depends on the mesh; neither this change nor a turn of the load
 !> at it is an event.
+!>
+!> To verify messages about the further path, it is followed by arc length beyond the end of a run, without recording points.
 module corner_limit
    use kinds, only: wp
    use text, only: to_text
-   use model, only: step_t, method_load
+   use model, only: step_t, method_load, method_cylindrical
    use problem, only: problem_t
-   use path_continuity, only: path_tangent_t
-   use path_control, only: is_arc_length
+   use path_continuity, only: path_tangent_t, path_tangent_at, relate, same_path
+   use path_control, only: is_arc_length, control_t, set_tangent, displacement_between
    use path_events, only: note_of_corner
-   use path_point, only: path_point_t
+   use path_point, only: path_point_t, advance
    use path_state, only: path_state_t, path_tangent_of
-   use unrecorded_path, only: can_continue
    use event_recording, only: announce, new_critical
    use path_outcome, only: outcome_t
    use path_record, only: recorder_t, critical_t
+   use corrector, only: increment_t
+   use span_tests, only: spans_hold
    implicit none
    private
-   public :: report_turned_load, check_return
+   public :: report_turned_load, check_return, unrecorded_path_t, start_unrecorded, advance_unrecorded
+
+   integer, parameter :: most_cuts = 10        !! largest number of halvings of the increment
+
+   !> Data for following the path by arc length without recording.
+   type :: unrecorded_path_t
+      type(path_point_t) :: here               !! last accepted point of the run, or the last point reached beyond it
+      type(control_t) :: control               !! constraint of the increments
+      integer :: cuts = 0                      !! number of halvings so far
+   end type unrecorded_path_t
 
 contains
 
@@ -69,6 +81,8 @@ contains
       type(path_state_t), intent(inout) :: run   !! its last point is a contact change, with the path tangent behind the change
       type(outcome_t), intent(inout) :: outcome
       type(path_tangent_t) :: prescribed
+      type(unrecorded_path_t) :: look
+      logical :: continues
       if (is_arc_length(run%control%method)) return
       prescribed = path_tangent_of(problem, run, run%last)
       if (.not. run%last%tangent%load * prescribed%load < 0.0_wp) return
@@ -79,6 +93,51 @@ contains
       outcome%turns = .true.
       outcome%why = 'the path turns back where the contact changes, at load factor '//to_text(run%last%state%load_factor)//': '// &
          & trim(merge('load control        ', 'displacement control', run%control%method == method_load))//' cannot follow it'
-      if (can_continue(problem, run)) outcome%why = outcome%why//' (METHOD=CYLINDRICAL can)'
+      look = start_unrecorded(run)
+      call advance_unrecorded(problem, look, continues)
+      if (continues) outcome%why = outcome%why//' (METHOD=CYLINDRICAL can)'
    end subroutine check_return
+
+   !> Starts at the last accepted point of the run. The increment is the arc length of the run's last increment, or an estimate from
+   !> the load increment if no node has moved yet.
+   pure function start_unrecorded(run) result(look)
+      type(path_state_t), intent(in) :: run
+      type(unrecorded_path_t) :: look
+      look%control%method = method_cylindrical
+      look%control%increment = run%last_length
+      if (.not. look%control%increment > 0.0_wp) &
+         & look%control%increment = abs(run%control%increment) / max(abs(run%last%tangent%load), tiny(1.0_wp))
+      look%here = run%last
+   end function start_unrecorded
+
+   !> Goes to the next point of the path, if the corrector converges to a point on the path at which the contact spans remain valid.
+   subroutine advance_unrecorded(problem, look, found)
+      type(problem_t), intent(in) :: problem
+      type(unrecorded_path_t), intent(inout) :: look      !! out: at the next point; unchanged if none was found
+      logical, intent(out) :: found            !! true: a next point was found
+      type(path_point_t) :: next
+      type(increment_t) :: report
+      found = .false.
+      do while (look%cuts <= most_cuts)
+         if (.not. look%here%system%ok) return
+         associate (here => look%here)
+            call set_tangent(problem, here%system, here%tangent%u, here%tangent%load, look%control)
+            call advance(problem, here, look%control, next, report)
+            if (report%converged) then
+               next%tangent = path_tangent_at(problem, next%system, displacement_between(problem, here%state, next%state), &
+                  & next%state%load_factor - here%state%load_factor)
+               report%converged = same_path(relate(problem, here%state, next%state, here%tangent, next%tangent, .false.))
+            end if
+         end associate
+         if (report%converged) exit
+         look%cuts = look%cuts + 1
+         look%control%increment = 0.5_wp * look%control%increment
+      end do
+      if (look%cuts > most_cuts) return
+      ! Contact changes are not made.
+      if (problem%has_spans()) report%converged = spans_hold(problem, next%state, next%system%force_scale)
+      if (.not. report%converged) return
+      found = .true.
+      look%here = next
+   end subroutine advance_unrecorded
 end module corner_limit

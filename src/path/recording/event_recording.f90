@@ -18,7 +18,7 @@ module event_recording
    use contact_labels, only: contact_gained
    use path_events, only: event_t, event_stop, event_bifurcation, event_release, event_limit
    use located_events, only: located_event_t
-   use event_order, only: same_place
+   use spurious_events, only: same_place
    use path_outcome, only: outcome_t
    use point_recording, only: record
    use error_bar, only: error_bars_t
@@ -92,8 +92,7 @@ contains
          type(problem_t) :: free
          type(state_t) :: released
          type(system_t) :: other
-         real(wp) :: arc_length
-         real(wp) :: sense
+         real(wp) :: arc_length, sense
          integer :: opens
          logical :: weak
          associate (event => located_event%event, place => located_event%point%state, system => located_event%point%system)

@@ -1,6 +1,6 @@
 !> Acceptance of a converged increment: its events are located and recorded, then the trial, which becomes the last accepted point.
 !>
-!>   find_events (event_search) -> duplicates (event_order) -> does a shorter increment resolve more? (spurious_events)
+!>   find_events (event_search) -> duplicates, does a shorter increment resolve more? (spurious_events)
 !>   -> check of each event, error bars, mesh request (settle_events) -> the same for the trial (settle_trial)
 !>   -> events in their order (record_events) -> the trial (record_trial), its labels (announce_contact) -> path state (arrive)
 module path_acceptance
@@ -17,9 +17,9 @@ module path_acceptance
    use path_events, only: event_stop, event_bifurcation
    use branch_closure, only: check_closure
    use event_search, only: findings_t, find_events
-   use spurious_events, only: better_from_nearer, hides_release, turns_by_rounding, check_limit_shift, check_single_path
+   use spurious_events, only: better_from_nearer, hides_release, turns_by_rounding, check_limit_shift, check_single_path, &
+      & duplicates_of, beside, count_before, same_place
    use ordering, only: ascending
-   use event_order, only: duplicates_of, beside, count_before, same_place
    use event_recording, only: record_event, announce, new_critical, go_to
    use path_outcome, only: outcome_t, note_bracketed
    use point_recording, only: record
@@ -252,8 +252,7 @@ contains
          note = contact_words(arrival%label, arrival%divides)
          if (allocated(findings%bars) .and. .not. arrival%bracketed) bars = findings%bars
          do i = 1, arrival%times
-            call announce(problem, run, new_critical(arrival%label, note, bars), trial, .not. arrival%bracketed, recorder, &
-               & outcome)
+            call announce(problem, run, new_critical(arrival%label, note, bars), trial, .not. arrival%bracketed, recorder, outcome)
          end do
          from = run%last%state%load_factor
          if (allocated(arrival%since)) from = arrival%since

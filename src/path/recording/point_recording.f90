@@ -24,8 +24,7 @@ module point_recording
    use obstacle_pose, only: pose_t
    use linear_system, only: system_t
    use contact_regions, only: find_regions
-   use span_forces, only: node_shares
-   use span_pushes, only: point_pushes, line_pushes
+   use span_forces, only: node_shares, point_pushes, line_pushes
    use ground_regions, only: ground_reaction, deck_ground_reaction, ground_pressure, foundation_totals
    use deck_nodes, only: deck_displacements, deck_section_forces, deck_contact_gaps, find_node
    use model, only: obstacles_move

@@ -114,8 +114,7 @@ contains
       real(wp), intent(in) :: force_scale        !! scale of forces at the point, see system_t
       real(wp), intent(in) :: asked              !! relative error that is allowed
       type(outcome_t), intent(in) :: outcome
-      real(wp) :: sizes(1 + size(problem%deck%monitor))
-      real(wp) :: load
+      real(wp) :: sizes(1 + size(problem%deck%monitor)), load
       load = abs(place%load_factor)
       if (outcome%accuracy%load_step == problem%step) load = max(load, outcome%accuracy%load)
       ! The first point may be almost unloaded, and its values no reference.

@@ -55,6 +55,7 @@ contains
       type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck requests none
       logical, intent(in), optional :: keeps_mesh !! true: the mesh is not refined because of these bars
       type(zero_t) :: zero
+      type(error_bars_t) :: of_rate              ! error bars of the zero of the load rate
       if (.not. step%error_bars) return
       allocate (bars)
       call timing_start(phase_accuracy)
@@ -71,7 +72,9 @@ contains
          ! The numbers of negative pivots before and behind the event depend on the mesh and are not compared. Only the sign of the
          ! load rate behind the event is compared.
          bars%missed = 0
-         bars%turned = load_turns()
+         call new_zero(problem, event_t(kind=event_limit), point%state, point%system, zero)
+         call errors_at_zero(of_rate)
+         bars%turned = of_rate%turned
          bars%unsure = bars%turned
       else if (event%prescribed) then
          call point_errors(problem, run%mesh%enriched, point%state, point%system, prescribed_change(event%monitor, 0.0_wp), &
@@ -89,14 +92,6 @@ contains
       call timing_stop(phase_accuracy)
 
    contains
-
-      !> True if the load rate behind the event has the opposite sign on the enriched elements.
-      logical function load_turns() result(turns)
-         type(error_bars_t) :: of_rate
-         call new_zero(problem, event_t(kind=event_limit), point%state, point%system, zero)
-         call errors_at_zero(of_rate)
-         turns = of_rate%turned
-      end function load_turns
 
       !> Error bars of an event at `point`, a zero of its event function.
       subroutine errors_at_zero(bars)

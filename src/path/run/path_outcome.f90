@@ -1,9 +1,9 @@
 !> Result of a run: why its path ended, and failures of branches and limit curves.
 module path_outcome
    use kinds, only: wp
-   use text, only: to_text
+   use text, only: to_text, add_clause
    use run_accuracy, only: accuracy_t
-   use run_end, only: end_wanted, reason_to_end
+   use run_end, only: reason_to_end
    implicit none
    private
    public :: outcome_t, must_end, note_trouble, note_bracketed
@@ -29,21 +29,19 @@ contains
    !> True if a signal or a time limit requires the run to end. The increment in progress is then dropped.
    logical function must_end(outcome)
       type(outcome_t), intent(inout) :: outcome  !! out: its reason is set if the run must end
-      must_end = end_wanted()
+      character(:), allocatable :: why
+      why = reason_to_end()
+      must_end = why /= ''
       if (.not. must_end .or. outcome%ended) return
       outcome%ended = .true.
-      outcome%why = reason_to_end()
+      outcome%why = why
    end function must_end
 
    !> Appends a failure that does not end the run.
    subroutine note_trouble(outcome, what)
       type(outcome_t), intent(inout) :: outcome
       character(*), intent(in) :: what !! description of the failure, one sentence
-      if (allocated(outcome%trouble)) then
-         outcome%trouble = outcome%trouble//'; '//what
-      else
-         outcome%trouble = what
-      end if
+      call add_clause(outcome%trouble, what)
    end subroutine note_trouble
 
    !> Appends a message about an event that was bracketed but not located.

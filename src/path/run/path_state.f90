@@ -65,7 +65,7 @@ module path_state
    !> Effects of the last contact change on the following points.
    type :: since_change_t
       logical :: shrunk = .false. !! true: a line contact has just become a point contact, and the stored test values are still
-      !! those of the line contact. An eigenvalue may have changed its sign there; zero_at_end and smooth_zero find it. Set by
+      !! those of the line contact. An eigenvalue may have changed its sign there; smooth_zero finds it. Set by
       !! continuing_with_set; valid until the next point (event_recording)
       real(wp) :: at = 0.0_wp                    !! arc length at the last contact change
    end type since_change_t
