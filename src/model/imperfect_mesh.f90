@@ -31,11 +31,18 @@ contains
    end subroutine add_imperfection
 
    !> Measures the curves, and moves nodes onto their curves where these have an imperfection.
-   subroutine move_to_curves(model)
+   subroutine move_to_curves(model, known)
       type(model_t), intent(inout) :: model    !! in: its imperfections are set; out: mesh%x is updated
+      type(model_t), intent(in), optional :: known !! model on another mesh whose curves are measured; those of `model` are made the
+      !! same
       real(wp) :: angle, speed
       integer :: e, i
-      call measure_curves(model%curve, model%imperfection)
+      if (present(known)) then
+         model%curve = known%curve
+         model%imperfection = known%imperfection
+      else
+         call measure_curves(model%curve, model%imperfection)
+      end if
       associate (mesh => model%mesh)
          do e = 1, mesh%n_elements
             if (mesh%curve(e) == 0) cycle

@@ -58,7 +58,7 @@ contains
       k = 0
       if (curve%parameter == parameter_imperfection) k = base%deck%curve(base%deck%mesh%curve(curve%element(1)))%imperfection
       call set_value(problem%deck, curve, value, k)
-      if (.not. base%moves_nodes()) call set_value(problem%model, curve, value, k)
+      if (.not. base%moves_nodes()) call set_value(problem%model, curve, value, k, problem%deck)
       if (k > 0) problem%layout = new_layout(problem%deck)
       if (base%moves_nodes()) then
          call lay_spans_again(base, problem)
@@ -68,11 +68,12 @@ contains
    end function problem_at
 
    !> Sets a parameter of a model; factors of the loads are set elsewhere.
-   subroutine set_value(model, curve, value, imperfection)
+   subroutine set_value(model, curve, value, imperfection, deck)
       type(model_t), intent(inout) :: model
       type(limit_curve_t), intent(in) :: curve
       real(wp), intent(in) :: value
       integer, intent(in) :: imperfection       !! index of the imperfection that is varied
+      type(model_t), intent(in), optional :: deck !! the deck's model with this value; present if `model` is that of another mesh
       integer :: i
       select case (curve%parameter)
       case (parameter_modulus)
@@ -80,8 +81,8 @@ contains
       case (parameter_gap)
          where (model%contact%obstacle == curve%obstacle) model%contact%gap = value
       case (parameter_imperfection)
-         call scale_imperfection(model%imperfection(imperfection), value)
-         call move_to_curves(model)
+         if (.not. present(deck)) call scale_imperfection(model%imperfection(imperfection), value)
+         call move_to_curves(model, deck)
       case (parameter_ea, parameter_ei)
          do i = 1, size(model%section)
             associate (section => model%section(i))
