@@ -194,22 +194,20 @@ contains
    end function ge_direction_changes
 
    !> Change of rho caused by changes of the first node's rotation, the stored unknowns and the load factor.
-   pure function ge_direction_rates(tab, element, du, dz, load_change) result(rate)
-      type(tableau_t), intent(in) :: tab
-      type(ge_data_t), intent(in) :: element
+   pure function ge_direction_rates(at, du, dz, load_change) result(rate)
+      type(ge_stages_t), intent(in) :: at      !! from find_stages
       real(wp), intent(in) :: du(6), dz(:)     !! changes of the displacements and of the stored unknowns
       real(wp), intent(in) :: load_change      !! change of the load factor
       real(wp) :: rate(2, max_stages)          !! (2, stages) only the element's stages are set
-      type(ge_stages_t) :: at
       real(wp) :: dn(2)
-      integer :: i, s
-      s = tab%stages
-      call find_stages(tab, element, at)
-      do i = 1, s
-         dn = dz(1:2) - load_change * at%drop_rate(:, i)
-         if (at%stored) dn = dz(2 + s + 2 * i:3 + s + 2 * i)
-         rate(:, i) = (du(3) + dot_product(at%turn(:s, i), dz(4:3 + s))) * at%d(:, i) + load_change * at%heat(:, i) + &
-            & [dot_product(at%bnn(1:2, i), dn), dot_product(at%bnn(2:3, i), dn)]
-      end do
+      integer :: i
+      associate (s => at%s)
+         do i = 1, s
+            dn = dz(1:2) - load_change * at%drop_rate(:, i)
+            if (at%stored) dn = dz(2 + s + 2 * i:3 + s + 2 * i)
+            rate(:, i) = (du(3) + dot_product(at%turn(:s, i), dz(4:3 + s))) * at%d(:, i) + load_change * at%heat(:, i) + &
+               & [dot_product(at%bnn(1:2, i), dn), dot_product(at%bnn(2:3, i), dn)]
+         end do
+      end associate
    end function ge_direction_rates
 end module ge_stages

@@ -22,7 +22,7 @@ module rod_profile
    use rod_load, only: ge_load_t
    use ge_data, only: ge_data_t
    use ge_in_state, only: ge_at, ge_here_t, keep_ge
-   use ge_stages, only: ge_direction_rates
+   use ge_stages, only: ge_stages_t, find_stages, ge_direction_rates
    use ground, only: home_deviation
    implicit none
    private
@@ -402,11 +402,13 @@ contains
       real(wp), intent(in) :: load_change           !! change of the load factor
       real(wp) :: rate(3), basis(max_stages), slope(2, max_stages), d(2)
       type(ge_data_t) :: element
+      type(ge_stages_t) :: stages
       element = ge_at(problem, state, profile%element)
       associate (s => problem%model%mesh%stages(profile%element), g => element%g, compliance => element%compliance, &
          & load => element%load)
          call stage_basis(problem%tableau(s), tau, basis)
-         slope = ge_direction_rates(problem%tableau(s), element, du, dz, load_change)
+         call find_stages(problem%tableau(s), element, stages)
+         slope = ge_direction_rates(stages, du, dz, load_change)
          rate(1:2) = du(1:2) + g%length * g%scale * matmul(slope(:, :s), basis(:s))
          rate(3) = du(3) + g%length * (compliance%bending * dot_product(basis(:s) * compliance%part(2, :s), dz(4:3 + s)) + &
             & tau * load_change * load%curvature_rate)

@@ -9,7 +9,7 @@ module foundation_force_functional
    use linear_system, only: system_t
    use bordered_system, only: resultant_rates, unknowns_of
    use ge_in_state, only: ge_at
-   use ge_stages, only: ge_direction_rates
+   use ge_stages, only: ge_stages_t, find_stages, ge_direction_rates
    use gauss_tableau, only: max_stages, stage_basis
    use element_foundation, only: foundation_forces
    use inner_forces, only: inner_forces_t
@@ -54,9 +54,9 @@ contains
       real(wp) :: by_node(3, problem%model%mesh%n_nodes) ! (3, nodes) gradient, global axes
       real(wp) :: by_load(size(state%z, 1), problem%model%mesh%n_elements), none(system%n), du(6), part
       type(inner_forces_t) :: inner
-      integer :: e, i, z
+      type(ge_stages_t) :: stages
+      integer :: e, i, q, z
       number%estimated = .false.
-      number%value = foundation_force_sum(problem, state, obstacle, component)
       none = 0.0_wp
       by_load = resultant_rates(problem, system, none, 1.0_wp)
       by_node = 0.0_wp
@@ -65,6 +65,13 @@ contains
          call foundation_forces(problem, state, e, inner)
          if (inner%n == 0) cycle
          if (.not. any(problem%ground%chain%obstacle(inner%source(:inner%n)) == obstacle)) cycle
+         do q = 1, inner%n
+            if (problem%ground%chain%obstacle(inner%source(q)) == obstacle) number%value = number%value + &
+               & state%geometry%element(e)%length * inner%weight(q) * merge(inner%force(min(component, 2), q), inner%pressure(q), &
+               & component < 3)
+         end do
+         if (problem%conforms(e) == 0) call find_stages(problem%tableau(problem%model%mesh%stages(e)), ge_at(problem, state, e), &
+            & stages)
          z = problem%z_size(e)
          do i = 1, 6
             du = 0.0_wp
@@ -95,7 +102,7 @@ contains
          s = problem%model%mesh%stages(e)
          change = 0.0_wp
          associate (g => state%geometry%element(e))
-            if (problem%conforms(e) == 0) rho = ge_direction_rates(problem%tableau(s), ge_at(problem, state, e), du, dz, y)
+            if (problem%conforms(e) == 0) rho = ge_direction_rates(stages, du, dz, y)
             do q = 1, inner%n
                if (problem%ground%chain%obstacle(inner%source(q)) /= obstacle) cycle
                if (problem%conforms(e) > 0) then

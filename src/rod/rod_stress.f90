@@ -11,7 +11,7 @@ module rod_stress
    use ge_data, only: ge_data_t
    use ge_in_state, only: ge_at
    use ge_element, only: ge_evaluate, ge_columns
-   use ge_stages, only: ge_direction_rates
+   use ge_stages, only: ge_stages_t, find_stages, ge_direction_rates
    use ul2_element, only: ul2_stress_stiffness
    implicit none
    private
@@ -113,8 +113,10 @@ contains
       subroutine press(part_of_load)
          real(wp), intent(in) :: part_of_load
          real(wp) :: along(2), d(2), rho(2, max_stages), change
+         type(ge_stages_t) :: stages
          integer :: q
-         rho = ge_direction_rates(problem%tableau(s), element, du, dz(:z), 1.0_wp)
+         call find_stages(problem%tableau(s), element, stages)
+         rho = ge_direction_rates(stages, du, dz(:z), 1.0_wp)
          associate (g => element%g)
             do q = 1, inner%n
                d = du(1:2) + g%length * g%scale * matmul(rho(:, :s), inner%basis(:s, q))
