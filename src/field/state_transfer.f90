@@ -153,13 +153,14 @@ contains
 
    !> Transfers a state to another one whose geometry is set: load factor, displacements, section forces, and the contact of nodes
    !> that are candidates on both meshes. Candidates of contact spans are active; their forces remain zero.
-   pure subroutine carry_to(from, state, to, new, moved)
+   pure subroutine carry_to(from, state, to, new, moved, left_out)
       type(problem_t), intent(in) :: from       !! problem of the same deck as `to`
       type(state_t), intent(in) :: state        !! state of `from`
       type(problem_t), intent(in) :: to
       type(state_t), intent(inout) :: new !! state of `to`; in: its geometry is set; all of its other arrays are allocated, or none
       logical, intent(in), optional :: moved !! true: both are states of one mesh, whose nodes have moved together with the contact
       !! forces on them
+      logical, intent(in), optional :: left_out(:) !! (elements of `to`) true: the section forces of the element become zero
       type(kept_t) :: kept(2)                   ! data of two neighbouring elements, which are needed alternately
       real(wp) :: tau
       integer :: range(2, to%model%mesh%n_elements), d, e, i, j, old, node, near
@@ -195,6 +196,9 @@ contains
                node = to%model%mesh%node(2, e)
                call find_point(from, state, j, node_coordinate(to, new%geometry, node), old, tau, near)
                call continuous_displacement(from, state, old, tau, kept(place_of(old, kept)), new%u(:, node))
+            end if
+            if (present(left_out)) then
+               if (left_out(e)) cycle
             end if
             call carry_resultants(from, state, to, e, range(:, e), near, kept, new)
          end do

@@ -29,7 +29,7 @@ module ground_following
    use ground_segments, only: segment_stiffness
    implicit none
    private
-   public :: follow_surface, move_layers, mark_spring, mark_step, is_live
+   public :: follow_surface, in_moving_layers, move_layers, mark_spring, mark_step, is_live
 
    real(wp), parameter :: short = 1.0e-3_wp !! distance over which the boundary layer counts as straight, over the length of an
    !! element
@@ -61,27 +61,47 @@ contains
       end do
    end subroutine follow_surface
 
+   !> (elements) true for elements in contact whose section forces move_layers sets: all of them if a node of one moves, else none.
+   pure function in_moving_layers(problem, before, shift) result(lying)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: before        !! state before the nodes move
+      real(wp), intent(in) :: shift(:)           !! (nodes) motion along the rod
+      logical :: lying(problem%model%mesh%n_elements)
+      logical :: moves
+      integer :: c
+      lying = .false.
+      moves = .false.
+      do c = 1, problem%ground%chain%n
+         if (.not. pressed(before, c)) cycle
+         associate (e => problem%ground%chain%element(2, c))
+            lying(e) = .true.
+            moves = moves .or. any(abs(shift(problem%model%mesh%node(:, e))) > 0.0_wp)
+         end associate
+      end do
+      lying = lying .and. moves
+   end function in_moving_layers
+
    !> Moves boundary layers with interface points: gaps, angles and section forces in the contact change linearly with the motion of
    !> the nodes along the rod; the rates are those on the contact side.
-   subroutine move_layers(problem, before, shift, state)
+   subroutine move_layers(problem, before, shift, lying, state)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before        !! state before the nodes move
       real(wp), intent(in) :: shift(:)           !! (nodes) motion along the rod, in the nominal coordinate
+      logical, intent(in) :: lying(:)            !! (elements) from in_moving_layers, at least one true
       type(state_t), intent(inout) :: state !! in: transferred to the new positions of the nodes; out: with moved boundary layers
       type(state_t) :: moved(2)
       real(wp) :: part, gap(2), normal(2, 2), bend(2), rate(2), bow, lift, twist, way(2)
       real(wp) :: beside(size(shift))            ! motion along the rod of the nodes of elements in contact
-      logical :: lying(problem%model%mesh%n_elements)
       integer :: c, e, side
       part = huge(part)
-      do c = 1, problem%ground%chain%n
-         if (.not. pressed(before, c)) cycle
-         e = problem%ground%chain%element(2, c)
-         associate (far => maxval(abs(shift(problem%model%mesh%node(:, e)))), s => before%geometry%element(e)%s)
-            if (far > 0.0_wp) part = min(part, short * (s(2) - s(1)) / far)
+      beside = 0.0_wp
+      do e = 1, size(lying)
+         if (.not. lying(e)) cycle
+         associate (nodes => problem%model%mesh%node(:, e), s => before%geometry%element(e)%s)
+            beside(nodes) = shift(nodes)
+            if (any(abs(shift(nodes)) > 0.0_wp)) part = min(part, short * (s(2) - s(1)) / maxval(abs(shift(nodes))))
          end associate
       end do
-      if (.not. part < huge(part)) return
       do c = 1, problem%ground%chain%n
          if (.not. lies(problem, before, c)) cycle
          e = problem%ground%chain%element(2, c)
@@ -100,26 +120,14 @@ contains
             if (abs(twist) > rounding_steps * epsilon(twist)) state%u(3, node) = state%u(3, node) + twist
          end associate
       end do
-      beside = 0.0_wp
-      lying = .false.
-      do c = 1, problem%ground%chain%n
-         if (.not. pressed(before, c)) cycle
-         e = problem%ground%chain%element(2, c)
-         lying(e) = .true.
-         associate (nodes => problem%model%mesh%node(:, e))
-            beside(nodes) = part * shift(nodes)
-         end associate
-      end do
       do side = 1, 2
          moved(side) = before
-         call shift_nodes(problem%model, problem%tableau, merge(beside, -beside, side == 1), moved(side)%geometry)
+         call shift_nodes(problem%model, problem%tableau, merge(part, -part, side == 1) * beside, moved(side)%geometry)
          call carry_stored(problem, before, lying, moved(side))
       end do
-      do c = 1, problem%ground%chain%n
-         if (.not. pressed(before, c)) cycle
-         e = problem%ground%chain%element(2, c)
+      do e = 1, size(lying)
          ! Central differences are used, because the errors of polynomials have opposite signs at the two ends of an element.
-         state%z(:, e) = before%z(:, e) + (moved(1)%z(:, e) - moved(2)%z(:, e)) / (2.0_wp * part)
+         if (lying(e)) state%z(:, e) = before%z(:, e) + (moved(1)%z(:, e) - moved(2)%z(:, e)) / (2.0_wp * part)
       end do
    end subroutine move_layers
 

@@ -18,7 +18,7 @@ module touchdown_points
    use rod_geometry, only: shift_nodes
    use span_candidates, only: touch_place
    use force_law, only: segment_unknown
-   use ground_following, only: follow_surface, move_layers, mark_step, is_live
+   use ground_following, only: follow_surface, in_moving_layers, move_layers, mark_step, is_live
    implicit none
    private
    public :: touchdown_t, touchdown_at, misfit, with_held, touchdown_errors, move_touchdown_points, touchdown_travel, &
@@ -336,19 +336,22 @@ contains
       real(wp), intent(out), optional :: travelled !! largest movement of a touchdown point, over the length of a span beside it
       real(wp), intent(in), optional :: mark(:) !! (interface points) distances
       real(wp) :: shift(problem%model%mesh%n_nodes), part
+      logical :: lying(problem%model%mesh%n_elements) ! true: move_layers sets the section forces of the element
       type(state_t) :: before
       call node_shifts(problem, state, distance, shift, part, mark)
       if (present(travelled)) travelled = part
       if (.not. any(abs(shift) > 0.0_wp)) return
       before = state
       call shift_nodes(problem%model, problem%tableau, shift, state%geometry)
-      call carry_to(problem, before, problem, state, moved=.true.)
+      lying = .false.
+      if (size(problem%mark) > 0) lying = in_moving_layers(problem, before, shift)
+      call carry_to(problem, before, problem, state, moved=.true., left_out=lying)
       state%active = before%active
       state%reaction = before%reaction
       state%couple = before%couple
       state%grounded = before%grounded
       state%segment = before%segment
-      if (size(problem%mark) > 0) call move_layers(problem, before, shift, state)
+      if (any(lying)) call move_layers(problem, before, shift, lying, state)
    end subroutine shift_touchdown_points
 
    !> Movements of all nodes along the rods for given movements of touchdown points and interface points: they are interpolated
