@@ -10,7 +10,7 @@ module contact_checks
    use span_forces, only: span_totals
    use track_nodes, only: rolled_t, rolled
    use conforming_span, only: conforming_state_t, conforming_forces, density_samples, smooth_parts
-   use deck_nodes, only: deck_contact_gaps, deck_displacements, find_node
+   use deck_nodes, only: deck_gaps, deck_displacements, find_node
    use rod_profile, only: profile_t, new_profile, mend_ends, profile_error_bound
    use run_accuracy, only: accuracy_t, place_t, note_worst, check_penetration, check_tension, check_complementarity, &
       & check_foundation
@@ -31,6 +31,7 @@ module contact_checks
       real(wp), allocatable :: push(:) !! (candidates) concentrated forces, see span_totals; not allocated: there are no contact
       !! spans
       real(wp), allocatable :: u(:, :) !! (3, deck's nodes) from deck_displacements; not allocated: there are no contact spans
+      real(wp), allocatable :: gap(:), place(:, :) !! from deck_gaps; not allocated: there are no contact spans
    end type span_sums_t
 
 contains
@@ -48,6 +49,7 @@ contains
       allocate (spans%push(problem%candidates%n))
       call span_totals(problem, state, spans%middle, spans%force, spans%moment, spans%push)
       spans%u = deck_displacements(problem, state, [(c, c=1, problem%deck%mesh%n_nodes)])
+      call deck_gaps(problem, state, spans%u, spans%gap, spans%place)
    end function sum_spans
 
    !> Checks positions and signs of contact spans, and adds their forces to the balances.
@@ -65,8 +67,7 @@ contains
       type(rolled_t) :: roll
       type(conforming_state_t) :: kept
       type(profile_t) :: profile
-      real(wp), allocatable :: gaps(:), place(:, :)
-      integer :: c, e, i, parts, mesh_node
+      integer :: c, e, i, parts, mesh_node, row
       total = total + [sum(spans%force(1, :, :)), sum(spans%force(2, :, :)), sum(spans%moment)]
       accuracy%reaction = max(accuracy%reaction, maxval(abs(sum(spans%force(3, :, :), 2))))
       do c = 1, problem%candidates%n
@@ -97,20 +98,20 @@ contains
                & least_reaction * scale), at, element=problem%model%mesh%element_label(e))
          end do
       end do
+      row = 0
       do c = 1, size(problem%deck%contact)
-         if (.not. problem%deck%contact(c)%spans) cycle
          associate (node => problem%deck%contact(c)%node)
-            if (allocated(gaps)) deallocate (gaps, place)
-            allocate (gaps(size(node)), place(2, size(node)))
-            call deck_contact_gaps(problem, state, c, spans%u(:, node), gaps, place)
             do i = 1, size(node)
-               if (-gaps(i) / problem%size <= accuracy%worst(check_penetration)%value) cycle
+               row = row + 1
+               if (.not. problem%deck%contact(c)%spans) cycle
+               gap = spans%gap(row)
+               if (-gap / problem%size <= accuracy%worst(check_penetration)%value) cycle
                call find_node(problem, state, node(i), mesh_node, e, tau)
                ! Where a contact span begins, the gap of its node on the mesh with this contact is used. It is more accurate than
                ! the polynomial of the element, and than the nodes of the element if that mesh is finer.
                if (begins_at(e, mesh_node)) cycle
-               if (e > 0 .and. gaps(i) < 0.0_wp) gaps(i) = gaps(i) + place_error(problem, state, e, tau, profile)
-               call note_worst(accuracy, check_penetration, -gaps(i) / problem%size, at, node=problem%deck%mesh%node_label(node(i)))
+               if (e > 0 .and. gap < 0.0_wp) gap = gap + place_error(problem, state, e, tau, profile)
+               call note_worst(accuracy, check_penetration, -gap / problem%size, at, node=problem%deck%mesh%node_label(node(i)))
             end do
          end associate
       end do

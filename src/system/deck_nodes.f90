@@ -15,7 +15,7 @@ module deck_nodes
    use node_axes, only: relative_increments
    implicit none
    private
-   public :: deck_displacements, deck_section_forces, deck_contact_gaps, deck_node_rates, place_rate, find_node
+   public :: deck_displacements, deck_section_forces, deck_gaps, deck_node_rates, place_rate, find_node
 
 contains
 
@@ -112,6 +112,24 @@ contains
          local(:, :, e) = forces(:, place(:, e))
       end do
    end function deck_section_forces
+
+   !> Computes gaps and deformed positions at the deck's nodes of all contacts, contact after contact.
+   pure subroutine deck_gaps(problem, state, u, gap, place)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: u(:, :)           !! (3, deck's nodes) from deck_displacements
+      real(wp), allocatable, intent(out) :: gap(:), place(:, :) !! (rows) gaps; (2, rows) deformed positions
+      integer :: k, n
+      n = sum([(size(problem%deck%contact(k)%node), k=1, size(problem%deck%contact))])
+      allocate (gap(n), place(2, n))
+      n = 0
+      do k = 1, size(problem%deck%contact)
+         associate (node => problem%deck%contact(k)%node)
+            call deck_contact_gaps(problem, state, k, u(:, node), gap(n + 1:n + size(node)), place(:, n + 1:n + size(node)))
+            n = n + size(node)
+         end associate
+      end do
+   end subroutine deck_gaps
 
    !> Computes gaps and deformed positions at the deck's nodes of a contact.
    pure subroutine deck_contact_gaps(problem, state, contact, u, gap, place)

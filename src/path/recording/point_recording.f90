@@ -26,7 +26,7 @@ module point_recording
    use contact_regions, only: find_regions
    use span_forces, only: node_shares, point_pushes, line_pushes
    use ground_regions, only: ground_reaction, deck_ground_reaction, ground_pressure, foundation_totals
-   use deck_nodes, only: deck_displacements, deck_section_forces, deck_contact_gaps, find_node
+   use deck_nodes, only: deck_displacements, deck_section_forces, deck_gaps, find_node
    use model, only: obstacles_move
    implicit none
    private
@@ -204,15 +204,17 @@ contains
             call move_alloc(gap, point%gap)
             call move_alloc(place, point%contact_point)
          else
-            n = sum([(size(problem%deck%contact(k)%node), k=1, size(problem%deck%contact))])
-            allocate (point%reaction(n), point%reaction_density(n), source=0.0_wp)
-            allocate (point%gap(n), point%contact_point(2, n))
+            if (allocated(spans%gap)) then
+               point%gap = spans%gap
+               point%contact_point = spans%place
+            else
+               call deck_gaps(problem, state, u, point%gap, point%contact_point)
+            end if
+            allocate (point%reaction(size(point%gap)), point%reaction_density(size(point%gap)), source=0.0_wp)
             n = 0
             rows = 0
             do k = 1, size(problem%deck%contact)
                associate (node => problem%deck%contact(k)%node)
-                  call deck_contact_gaps(problem, state, k, u(:, node), point%gap(n + 1:n + size(node)), &
-                     & point%contact_point(:, n + 1:n + size(node)))
                   if (problem%deck%contact(k)%spans) then
                      call node_shares(problem, state, k, point%reaction(n + 1:n + size(node)), &
                         & point%reaction_density(n + 1:n + size(node)))
