@@ -166,8 +166,8 @@ contains
       !> Adds foundations that act inside elements, from their pressures.
       subroutine add_foundations()
          type(inner_forces_t) :: inner
-         real(wp) :: push(2), most, least, shortest, rounding
-         integer :: q, pulled
+         real(wp) :: push(2), most, least, shortest, rounding, error
+         integer :: q, pulled, source              ! source: foundation whose `error` of the pressure is known
          rounding = gap_rounding(state)
          shortest = minval(state%geometry%element%length, mask=problem%ground%founded)
          most = 0.0_wp
@@ -176,6 +176,7 @@ contains
          do e = 1, problem%model%mesh%n_elements
             if (.not. problem%ground%founded(e)) cycle
             call foundation_forces(problem, state, e, inner)
+            source = 0
             do q = 1, inner%n
                push = (state%geometry%element(e)%length * inner%weight(q) * inner%pressure(q)) * inner%normal(:, q)
                total = total + [push, (inner%x(1, q) - middle(1)) * push(2) - (inner%x(2, q) - middle(2)) * push(1)]
@@ -185,9 +186,13 @@ contains
                ! On an element too long to resolve the pressure only the integral of the pressure has a meaning.
                if (.not. follows(problem, state, inner%source(q))) push(1) = sum(inner%weight(:inner%n) * &
                   & inner%pressure(:inner%n), mask=inner%source(:inner%n) == inner%source(q))
-               if (state%segment(inner%source(q)) /= segment_unknown) push(1) = min(0.0_wp, push(1) + segment_stiffness(problem, &
-                  & inner%source(q), state%segment(inner%source(q))) * gap_uncertainty( &
-                  & gap_in_state(problem, state, inner%source(q)), rounding))
+               if (state%segment(inner%source(q)) /= segment_unknown) then
+                  ! The points of a foundation on an element follow each other.
+                  if (inner%source(q) /= source) error = segment_stiffness(problem, inner%source(q), &
+                     & state%segment(inner%source(q))) * gap_uncertainty(gap_in_state(problem, state, inner%source(q)), rounding)
+                  source = inner%source(q)
+                  push(1) = min(0.0_wp, push(1) + error)
+               end if
                if (push(1) < least) pulled = e
                least = min(least, push(1))
             end do
