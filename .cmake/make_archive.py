@@ -12,7 +12,7 @@ import pathlib
 import re
 import sys
 
-ROOTS = ("path_state:path_state_t", "problem:problem_t", "path_outcome:outcome_t", "attempt:attempt_t", "path_record:buckling_t", "critical_points:critical_points_t", "model:model_t",
+ROOTS = ("path_state:path_state_t", "problem:problem_t", "path_outcome:outcome_t", "increment_trials:attempt_t", "path_record:buckling_t", "critical_points:critical_points_t", "model:model_t",
          "limit_search:curve_trace_t")
 # Large, and the same in many places: stored once.
 SHARED = {"model_t", "layout_t", "numbering_t", "tie_pattern_t", "candidates_t", "coupling_t", "ground_t", "load_t", "geometry_t", "step_t",

@@ -6,9 +6,9 @@ module output_fixture
    use model, only: model_t, limit_curve_t, family_ge, family_ul2, method_load, quantity_reaction, parameter_modulus, new_load, &
       & empty_lists, parameter_constant_load
    use obstacle_types, only: obstacle_circle
-   use run_accuracy, only: accuracy_t, worst_t, place_t, check_residual, check_penetration, check_tension, check_complementarity, &
-      & check_foundation, check_mesh, check_rounding, check_force_balance, check_moment_balance, check_node_balance
-   use path_record, only: point_t, critical_t, region_t, buckling_t, limit_point_t
+   use path_record, only: point_t, critical_t, region_t, buckling_t, limit_point_t, accuracy_t, worst_t, place_t, check_residual, &
+      & check_penetration, check_tension, check_complementarity, check_foundation, check_mesh, check_rounding, &
+      & check_force_balance, check_moment_balance, check_node_balance
    implicit none
    private
    public :: small_accuracy, small_model, small_point, small_critical, small_bifurcation, small_buckling, small_limit_point

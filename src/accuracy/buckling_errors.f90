@@ -14,8 +14,7 @@ module buckling_errors
    use path_continuity, only: path_tangent_t
    use linear_buckling, only: buckle
    use error_bar, only: new_error_bar
-   use accuracy_limits, only: why_no_bars
-   use enriched_problem, only: enriched_problem_t
+   use enriched_problem, only: enriched_problem_t, why_no_bars
    use enriched_path, only: enriched_path_t, enriched_point_t, new_finer_path, start_point, next_point
    use path_record, only: buckling_t
    use timing, only: timing_start, timing_stop, phase_accuracy

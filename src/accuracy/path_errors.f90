@@ -16,8 +16,7 @@ module path_errors
    use tangent_modes, only: bending_stiffness
    use tangent_rounding, only: path_stiffness
    use error_bar, only: resolved, error_bar_t, error_bars_t, new_error_bar, no_error_bars
-   use accuracy_limits, only: why_no_bars
-   use enriched_problem, only: enriched_problem_t
+   use enriched_problem, only: enriched_problem_t, why_no_bars
    use enriched_path, only: enriched_path_t, enriched_point_t, new_finer_path, start_point, next_point, values_beside
    use bordered_system, only: with_stretch
    use state_functional, only: functional_t

@@ -55,7 +55,8 @@ contains
       type(command_line_t), intent(out) :: options     !! the options; deck, output and set are always allocated
       type(error_t), allocatable, intent(out) :: error !! allocated: an argument is unknown or contradicts another one; the message
       !! names it
-      integer :: i
+      character(:), allocatable :: seconds
+      integer :: i ! number of the last argument that is interpreted
       logical :: only_files
       options%deck = ''
       options%output = ''
@@ -63,88 +64,23 @@ contains
       options%topic = ''
       options%restart = ''
       options%from = ''
+      seconds = ''
       allocate (options%set(0))
       only_files = .false.
       i = 0
-      if (size(argument) > 0) then
-         if (argument(1) == 'init') then
-            if (size(argument) == 1) then
-               call fail(error, 'init needs a name: beam, column, liner, pipe or ring')
-               return
-            end if
-            options%template = trim(argument(2))
-            i = 2
-         end if
+      if (any(argument(:min(1, size(argument))) == 'init')) then
+         i = 1
+         call take_value('init', 'a name: beam, column, liner, pipe or ring', options%template)
       end if
-      do while (i < size(argument))
+      do while (i < size(argument) .and. .not. allocated(error))
          i = i + 1
          if (only_files .or. argument(i)(1:1) /= '-') then
-            if (argument(i) == '') then
-               call fail(error, 'the name of the deck is empty')
-            else if (options%template /= '') then
-               call fail(error, 'init takes one name, and with -o FILE another place')
-            else if (options%deck /= '') then
-               call fail(error, 'one deck at a time: '//quoted_path(options%deck)//' or '//quoted_path(trim(argument(i)))//'?')
-            else
-               options%deck = trim(argument(i))
-            end if
+            call take_deck(trim(argument(i)))
          else
-            select case (argument(i))
-            case ('-o')
-               call take_value('-o', 'the name of a file', options%output)
-            case ('--set')
-               if (i == size(argument)) then
-                  call fail(error, '--set needs name=value')
-               else if (index(argument(i + 1), '=') < 2) then
-                  call fail(error, '--set needs name=value, not '''//quoted(trim(argument(i + 1)))//'''')
-               else
-                  i = i + 1
-                  options%set = [character(argument_length) :: options%set, argument(i)]
-               end if
-            case ('--restart')
-               call take_value('--restart', 'the name of a result file', options%restart)
-            case ('--from')
-               call take_value('--from', 'a point: its number or its label, as LP1', options%from)
-            case ('--max-seconds')
-               if (options%max_seconds > 0.0_wp) then
-                  call fail(error, '--max-seconds is given twice')
-               else if (i == size(argument)) then
-                  call fail(error, '--max-seconds needs a number of seconds')
-               else
-                  i = i + 1
-                  options%max_seconds = seconds_of(argument(i))
-                  if (.not. options%max_seconds > 0.0_wp) &
-                     & call fail(error, '--max-seconds needs a positive number of seconds, not '''//trim(argument(i))//'''')
-               end if
-            case ('--force')
-               options%force = .true.
-            case ('--expand')
-               options%expand = .true.
-            case ('--check')
-               options%check = .true.
-            case ('--model')
-               options%model = .true.
-            case ('--quiet')
-               options%quiet = .true.
-            case ('--help', '-h')
-               options%help = .true.
-               ! An option is the topic only if it is the last argument.
-               call take_topic(i + 1 == size(argument))
-            case ('--version')
-               options%version = .true.
-            case ('--cards')
-               options%cards = .true.
-               call take_topic(.false.)
-            case ('--cards=json')
-               options%cards_as_json = .true.
-            case ('--')
-               only_files = .true.
-            case default
-               call fail(error, 'unknown option '//quoted(trim(argument(i))))
-            end select
+            call take_option(trim(argument(i)))
          end if
-         if (allocated(error)) return
       end do
+      if (allocated(error)) return
       if (options%restart /= '' .and. (options%check .or. options%expand)) call fail(error, '--restart with --check or --expand')
       if (options%from /= '' .and. options%restart == '') call fail(error, '--from without --restart')
       if (options%from /= '' .and. (options%output == '' .or. options%output == options%restart)) &
@@ -155,6 +91,70 @@ contains
       if (options%check .and. options%output /= '') call fail(error, '--check writes no results: leave out -o')
 
    contains
+
+      !> Takes an argument as the name of the deck.
+      subroutine take_deck(name)
+         character(*), intent(in) :: name
+         if (name == '') then
+            call fail(error, 'the name of the deck is empty')
+         else if (options%template /= '') then
+            call fail(error, 'init takes one name, and with -o FILE another place')
+         else if (options%deck /= '') then
+            call fail(error, 'one deck at a time: '//quoted_path(options%deck)//' or '//quoted_path(name)//'?')
+         else
+            options%deck = name
+         end if
+      end subroutine take_deck
+
+      !> Interprets an option, with its value if it has one.
+      subroutine take_option(option)
+         character(*), intent(in) :: option
+         character(:), allocatable :: value
+         select case (option)
+         case ('-o')
+            call take_value('-o', 'the name of a file', options%output)
+         case ('--set')
+            value = ''
+            call take_value('--set', 'name=value', value)
+            if (.not. allocated(error) .and. index(value, '=') < 2) &
+               & call fail(error, '--set needs name=value, not '''//quoted(value)//'''')
+            options%set = [character(argument_length) :: options%set, value]
+         case ('--restart')
+            call take_value('--restart', 'the name of a result file', options%restart)
+         case ('--from')
+            call take_value('--from', 'a point: its number or its label, as LP1', options%from)
+         case ('--max-seconds')
+            call take_value('--max-seconds', 'a positive number of seconds', seconds)
+            options%max_seconds = seconds_of(seconds)
+            if (.not. (allocated(error) .or. options%max_seconds > 0.0_wp)) &
+               & call fail(error, '--max-seconds needs a positive number of seconds, not '''//quoted(seconds)//'''')
+         case ('--force')
+            options%force = .true.
+         case ('--expand')
+            options%expand = .true.
+         case ('--check')
+            options%check = .true.
+         case ('--model')
+            options%model = .true.
+         case ('--quiet')
+            options%quiet = .true.
+         case ('--help', '-h')
+            options%help = .true.
+            ! An option is the topic only if it is the last argument.
+            call take_topic(i + 1 == size(argument))
+         case ('--version')
+            options%version = .true.
+         case ('--cards')
+            options%cards = .true.
+            call take_topic(.false.)
+         case ('--cards=json')
+            options%cards_as_json = .true.
+         case ('--')
+            only_files = .true.
+         case default
+            call fail(error, 'unknown option '//quoted(option))
+         end select
+      end subroutine take_option
 
       !> Takes the next argument as the value of an option, which may be given only once.
       subroutine take_value(option, needs, value)

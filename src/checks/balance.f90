@@ -8,13 +8,12 @@ module balance
    use force_law, only: segment_unknown
    use tied_nodes, only: turned_arm
    use node_loads, only: node_push_t, dead_node_load, node_pushes
-   use section_forces, only: end_forces
    use element_foundation, only: foundation_forces
    use ground_segments, only: gap_rounding, gap_uncertainty, segment_stiffness, follows, gap_in_state
-   use inner_forces, only: inner_forces_t
-   use rod_equations, only: cancelling_force
-   use rod_load_sum, only: load_on_rod
-   use run_accuracy, only: accuracy_t, place_t, note_worst, check_residual, check_tension, check_force_balance, &
+   use rod_load, only: inner_forces_t
+   use rod_equations, only: cancelling_force, end_forces
+   use load_sums, only: load_on_rod
+   use path_record, only: accuracy_t, place_t, note_worst, check_residual, check_tension, check_force_balance, &
       & check_moment_balance, check_node_balance
    use contact_checks, only: span_sums_t, measure_spans, measure_contact
    implicit none

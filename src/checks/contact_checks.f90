@@ -12,7 +12,7 @@ module contact_checks
    use conforming_span, only: conforming_state_t, conforming_forces, density_samples, smooth_parts
    use deck_nodes, only: deck_gaps, deck_displacements, find_node
    use rod_profile, only: profile_t, new_profile, mend_ends, profile_error_bound
-   use run_accuracy, only: accuracy_t, place_t, note_worst, check_penetration, check_tension, check_complementarity, &
+   use path_record, only: accuracy_t, place_t, note_worst, check_penetration, check_tension, check_complementarity, &
       & check_foundation
    implicit none
    private

@@ -20,7 +20,7 @@ module mesh_adequacy
    use text, only: to_text
    use problem, only: problem_t
    use rod_state, only: state_t, candidate_gap
-   use section_forces, only: end_forces, local_forces, rod_direction
+   use rod_equations, only: end_forces, local_forces, rod_direction
    use columns, only: scientific
    implicit none
    private

@@ -8,10 +8,9 @@ module point_checks
    use contact_checks, only: span_sums_t
    use balance, only: measure_balance
    use mesh_adequacy, only: adequacy_t, measure_adequacy, adequacy_words
-   use run_accuracy, only: accuracy_t, place_t, note_worst, begin_point, take_point, check_mesh, check_rounding, check_rolling, &
-      & check_strain, worst_t, check_penetration, check_tension, check_complementarity, check_foundation, check_force_balance, &
-      & check_moment_balance, check_node_balance
-   use path_record, only: point_t
+   use path_record, only: point_t, accuracy_t, place_t, note_worst, begin_point, take_point, check_mesh, check_rounding, &
+      & check_rolling, check_strain, worst_t, check_penetration, check_tension, check_complementarity, check_foundation, &
+      & check_force_balance, check_moment_balance, check_node_balance
    use section_quantities, only: largest_strain
    use displacement_functional, only: left_open
    use columns, only: brief, scientific

@@ -14,8 +14,7 @@ module check_contacts
    use rod_geometry, only: geometry_t, new_geometry
    use candidates, only: candidates_t, new_candidates
    use surface_patches, only: patches_t, new_patches, couples, first_overlap
-   use checked_deck, only: checked_deck_t, position_t
-   use deck_names, only: node_words
+   use checked_deck, only: checked_deck_t, position_t, node_words
    implicit none
    private
    public :: check_ground_candidates, check_contact_of_tied_nodes, check_carriers, keep_leaders

@@ -7,8 +7,7 @@ module read_branches
    use model, only: model_t, step_t, branch_t, limit_curve_t, method_load, method_displacement, parameter_modulus, parameter_gap, &
       & parameter_imperfection, parameter_ea, parameter_ei, parameter_constant_load
    use obstacle_types, only: obstacle_t, ground_half_space
-   use checked_deck, only: checked_deck_t
-   use deck_names, only: definitions_t
+   use checked_deck, only: checked_deck_t, definitions_t
    use read_steps, only: read_bound
    implicit none
    private

@@ -9,8 +9,7 @@ module read_contact
    use obstacle_geometry, only: obstacle_gap
    use obstacle_curve, only: sharpest_turn
    use initial_overlap, only: overlap_of_nodes, overlap_between, deepest_start
-   use checked_deck, only: checked_deck_t
-   use deck_names, only: node_words, element_words
+   use checked_deck, only: checked_deck_t, node_words, element_words
    implicit none
    private
    public :: read_contact_cards, read_soil_cards, choose_contact_points

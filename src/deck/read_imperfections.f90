@@ -7,8 +7,7 @@ module read_imperfections
    use imperfection, only: nodal_imperfection, random_offsets
    use reference_curve, only: curve_angle
    use imperfect_mesh, only: add_imperfection, move_to_curves, parted_nodes
-   use checked_deck, only: checked_deck_t, position_t
-   use deck_names, only: node_words, element_words
+   use checked_deck, only: checked_deck_t, position_t, node_words, element_words
    implicit none
    private
    public :: read_imperfection_cards, read_mode_imperfection_cards

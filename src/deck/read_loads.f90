@@ -9,8 +9,7 @@ module read_loads
    use element_families, only: collocates
    use initial_overlap, only: deepest_overlap
    use item_values, only: component_dof
-   use checked_deck, only: checked_deck_t
-   use deck_names, only: node_words, element_words
+   use checked_deck, only: checked_deck_t, node_words, element_words
    use read_supports, only: read_dofs
    use read_sections, only: read_distributed
    implicit none

@@ -10,8 +10,7 @@ module read_mesh
       & path_curve, graded_division
    use reference_curve, only: curve_point
    use read_obstacles, only: end_spline
-   use checked_deck, only: checked_deck_t
-   use deck_names, only: labels_t, take_node_sets
+   use checked_deck, only: checked_deck_t, labels_t, take_node_sets
    use distribution, only: same_length
    implicit none
    private

@@ -6,12 +6,11 @@ module read_monitors
    use text, only: to_text, same_name
    use model, only: model_t, monitor_t, contact_print_t, quantity_reaction, quantity_contact, quantity_section, section_moment, &
       & section_stress, step_t
+   use obstacle_types, only: obstacle_circle, obstacle_arc
    use cross_section, only: outer_fibre
    use item_values, only: component_dof
-   use deck_names, only: element_words
    use distribution, only: same_length
-   use obstacle_types, only: obstacle_circle, obstacle_arc
-   use checked_deck, only: checked_deck_t
+   use checked_deck, only: checked_deck_t, element_words
    use rod_layout, only: layout_t, new_layout
    implicit none
    private

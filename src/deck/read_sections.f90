@@ -7,8 +7,7 @@ module read_sections
    use model, only: model_t
    use cross_section, only: section_t, local_section
    use element_families, only: collocates
-   use checked_deck, only: checked_deck_t
-   use deck_names, only: element_words
+   use checked_deck, only: checked_deck_t, element_words
    use distribution, only: distribution_t, distributed_t, same_length
    use reference_curve, only: curve_point
    implicit none

@@ -7,8 +7,7 @@ module read_supports
    use model, only: model_t, contact_t, joint_spring_t, tie_t
    use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle
    use item_values, only: component_dof
-   use checked_deck, only: checked_deck_t
-   use deck_names, only: node_words, copy_node
+   use checked_deck, only: checked_deck_t, node_words, copy_node
    implicit none
    private
    public :: read_support_cards, read_spring_cards, read_gap_cards, read_dofs

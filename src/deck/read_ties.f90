@@ -5,8 +5,7 @@ module read_ties
    use text, only: to_text
    use model, only: model_t, tie_t, release_t, joint_spring_t, same_component
    use item_values, only: component_dof
-   use checked_deck, only: checked_deck_t, position_t
-   use deck_names, only: take_node_sets, copy_node, node_words
+   use checked_deck, only: checked_deck_t, position_t, take_node_sets, copy_node, node_words
    use read_supports, only: read_dofs
    implicit none
    private

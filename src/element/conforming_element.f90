@@ -30,9 +30,8 @@ module conforming_element
    use obstacle_types, only: obstacle_t
    use gauss_tableau, only: tableau_t, max_stages, stage_basis
    use small_dense, only: solve_small
-   use rod_load, only: ge_load_t, line_at_stage, line_at
-   use ge_data, only: ge_stiffness_t
-   use inner_forces, only: inner_forces_t
+   use rod_load, only: ge_load_t, line_at_stage, line_at, inner_forces_t
+   use ge_stages, only: ge_stiffness_t
    use obstacle_track, only: track_t, track_at, track_between, track_ahead
    implicit none
    private

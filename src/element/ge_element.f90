@@ -22,11 +22,9 @@ module ge_element
    use kinds, only: wp
    use gauss_tableau, only: tableau_t, max_stages
    use small_dense, only: solve_small
-   use rod_load, only: sum_line
-   use ge_data, only: ge_data_t
-   use ge_stages, only: ge_stages_t, find_stages, press_section
+   use rod_load, only: sum_line, inner_forces_t
+   use ge_stages, only: ge_stages_t, find_stages, press_section, ge_data_t
    use ge_equations, only: solve_stages, by_rotation, by_nx, by_ny, by_m, by_residual, by_load, by_x, by_y, n_by
-   use inner_forces, only: inner_forces_t
    implicit none
    private
    public :: ge_evaluate, ge_size, ge_columns

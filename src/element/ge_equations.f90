@@ -4,9 +4,8 @@ module ge_equations
    use kinds, only: wp
    use gauss_tableau, only: tableau_t, max_stages
    use small_dense, only: solve_small
-   use ge_data, only: ge_data_t
-   use ge_stages, only: ge_stages_t, press_section
-   use inner_forces, only: inner_forces_t
+   use ge_stages, only: ge_stages_t, press_section, ge_data_t
+   use rod_load, only: inner_forces_t
    implicit none
    private
    public :: solve_stages, by_rotation, by_nx, by_ny, by_m, by_residual, by_load, by_x, by_y, n_by

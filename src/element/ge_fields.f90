@@ -3,10 +3,8 @@
 module ge_fields
    use kinds, only: wp
    use gauss_tableau, only: tableau_t, max_stages, stage_basis
-   use rod_load, only: sum_line
-   use ge_data, only: ge_data_t
-   use ge_stages, only: ge_directions, find_stage_force
-   use inner_forces, only: inner_forces_t
+   use rod_load, only: sum_line, inner_forces_t
+   use ge_stages, only: ge_directions, find_stage_force, ge_data_t
    implicit none
    private
    public :: ge_end_forces, ge_between, ge_rotation

@@ -2,26 +2,26 @@
 !>
 !> The track is the curve at the distance GAP (offset of the gap) from the surface (track_nodes). A node in line contact has one
 !> unknown, its position along the track, which determines its rotation and its normal displacement. The elements between two such
-!> nodes are conforming elements; their end forces depend on these two positions only.
+!> nodes are conforming elements; their end forces depend on these two positions only. The force of foundations per length of a rod
+!> is computed here, too (foundation_density).
 module conforming_span
    use kinds, only: wp, pi
    use problem, only: problem_t
-   use rod_state, only: state_t, element_load, pose_of, candidate_offset, closing_rate
-   use reference_curve, only: curve_bend, curve_scale
+   use rod_state, only: state_t, element_load, pose_of, candidate_offset, closing_rate, gap_at, gap_slope
+   use reference_curve, only: curve_bend, curve_scale, curve_point, curve_abscissa
    use gauss_tableau, only: max_stages
    use obstacle_pose, only: pose_t
    use obstacle_track, only: track_t, track_ahead
-   use rod_load, only: ge_load_t, largest_line
+   use rod_load, only: ge_load_t, largest_line, inner_forces_t
    use ge_element, only: ge_columns
-   use inner_forces, only: inner_forces_t
-   use ground_density, only: foundation_density, home_at
    use conforming_element, only: conforming_data_t, conforming_equations_t, conforming_evaluate, conforming_output_t, new_output, &
       & output_at, conforming_resultants, conforming_size
    use track_nodes, only: node_track, foot, track_sense, bend_at
+   use force_law, only: foundation_reaction, carries, segment_open
    implicit none
    private
    public :: evaluate_conforming, conforming_state_t, conforming_forces, conforming_displacement, conforming_resultant, &
-      & conforming_track, track_below, conforming_guess, density_samples, smooth_parts
+      & conforming_track, track_below, conforming_guess, density_samples, smooth_parts, foundation_density
 
    integer, parameter :: density_samples = 4 !! number of equal parts of a smooth part of an element (smooth_parts); the density of
    !! the contact force is sampled at their ends
@@ -348,4 +348,48 @@ contains
          end do
       end associate
    end function conforming_guess
+
+   !> Force of the foundations at a point of an element by stress-free length, in global axes, and the derivative of this force with
+   !> respect to the stress-free length for a constant direction of the force.
+   pure function foundation_density(problem, state, e, tau, place, rate) result(density)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e                      !! index of an element on a curve
+      real(wp), intent(in) :: tau                   !! place in the element, 0 to 1 of its stress-free length
+      real(wp), intent(in) :: place(2)              !! deformed position of the point
+      real(wp), intent(in) :: rate(2)               !! derivative of the deformed position with respect to the stress-free length
+      real(wp) :: density(2, 0:1), home(2), angle, gap, normal(2), bend, push, spring, way(2)
+      integer :: i
+      density = 0.0_wp
+      if (.not. problem%ground%founded(e)) return
+      call home_at(problem, state, e, tau, home, angle)
+      associate (chain => problem%ground%chain)
+         do i = problem%ground%first(e), problem%ground%first(e + 1) - 1
+            associate (c => problem%ground%candidate(i))
+               if (state%segment(c) == segment_open) cycle
+               call gap_at(problem, state, chain, c, home, place - home, gap, normal, bend)
+               if (gap >= 0.0_wp .and. .not. (chain%bilateral(c) .or. carries(state%segment(c)))) cycle
+               call foundation_reaction(problem%model, problem%model%obstacle(chain%obstacle(c)), -gap, push, spring, &
+                  & state%segment(c))
+               way = rate - [cos(angle), sin(angle)]
+               density(:, 0) = density(:, 0) + push * normal
+               density(:, 1) = density(:, 1) - (spring * gap_slope(problem, chain, c, home, normal, rate, way)) * normal
+            end associate
+         end do
+      end associate
+   end function foundation_density
+
+   !> Stress-free position and tangent angle inside an element.
+   pure subroutine home_at(problem, state, e, tau, x, angle)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e                      !! index of an element on a curve
+      real(wp), intent(in) :: tau                   !! place in the element, 0 to 1 of its stress-free length
+      real(wp), intent(out) :: x(2), angle          !! stress-free position; tangent angle [rad]
+      real(wp) :: speed
+      associate (curve => problem%model%curve(problem%model%mesh%curve(e)), g => state%geometry%element(e))
+         call curve_point(curve, problem%model%imperfection, curve_abscissa(curve, problem%model%imperfection, g%s(1), &
+            & tau * g%length, g%excess), x, angle, speed)
+      end associate
+   end subroutine home_at
 end module conforming_span

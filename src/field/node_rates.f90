@@ -7,8 +7,7 @@ module node_rates
    use reference_curve, only: curve_point, curve_bend
    use rod_load, only: ge_load_t, line_at
    use ge_in_state, only: ge_end, ge_here_t
-   use conforming_span, only: conforming_state_t, conforming_resultant
-   use ground_density, only: foundation_density
+   use conforming_span, only: conforming_state_t, conforming_resultant, foundation_density
    use gauss_tableau, only: max_stages
    implicit none
    private

@@ -20,9 +20,8 @@ module rod_profile
    use rod_state, only: state_t, element_load
    use gauss_tableau, only: max_stages, stage_basis
    use rod_load, only: ge_load_t
-   use ge_data, only: ge_data_t
    use ge_in_state, only: ge_at, ge_here_t, keep_ge
-   use ge_stages, only: ge_stages_t, find_stages, ge_direction_rates
+   use ge_stages, only: ge_stages_t, ge_data_t, find_stages, ge_direction_rates
    use ground, only: home_deviation
    implicit none
    private

@@ -13,7 +13,7 @@ module element_foundation
    use force_law, only: foundation_reaction, carries, segment_open, segment_unknown
    use gauss_tableau, only: stage_basis
    use ground_segments, only: follows
-   use inner_forces, only: inner_forces_t, clear_forces, add_force
+   use rod_load, only: inner_forces_t, clear_forces, add_force
    use ordering, only: ascending
    implicit none
    private

@@ -9,15 +9,14 @@ module span_forces
    use problem, only: problem_t
    use rod_layout, only: segment_element
    use rod_state, only: state_t, candidate_gap, node_position, element_load
-   use rod_load, only: ge_load_t, sum_line, line_at
-   use section_forces, only: end_forces
+   use rod_load, only: ge_load_t, sum_line, line_at, inner_forces_t
+   use rod_equations, only: end_forces
    use track_nodes, only: rolled_t, rolled, track_joints, node_track, track_sense
    use conforming_span, only: conforming_state_t, conforming_forces, density_samples, smooth_parts
    use touchdown_points, only: point_force
    use breakpoint_forces, only: breakpoint_force
    use state_transfer, only: find_point
    use element_foundation, only: foundation_forces
-   use inner_forces, only: inner_forces_t
    use span_regions, only: chain_coordinate, lengths_before
    implicit none
    private

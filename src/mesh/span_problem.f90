@@ -11,8 +11,7 @@ module span_problem
    use span_division, only: span_nodes, sampled_division
    use ground_mark, only: cut_t
    use ground_cuts, only: add_marks
-   use neutral_spans, only: free_clamps
-   use rolling_rods, only: find_rolling
+   use rolling_rods, only: find_rolling, free_clamps
    implicit none
    private
    public :: new_span_problem, same_spans, new_sampled_problem, place_spans

@@ -10,7 +10,7 @@ module touchdown_points
    use problem, only: problem_t, same_place, copy_problem
    use element_families, only: collocates
    use rod_state, only: state_t
-   use section_forces, only: end_forces
+   use rod_equations, only: end_forces
    use track_nodes, only: track_rotation, track_sense, node_track, excess_curvature, excess_rate, rod_angle
    use conforming_span, only: conforming_forces
    use breakpoint_forces, only: at_breakpoint, breakpoint_force

@@ -5,8 +5,8 @@ module mesh_generators
    use errors, only: error_t, fail
    use text, only: to_text
    use model, only: curve_t, path_t, mesh_t
-   use reference_curve, only: path_point
    use obstacle_types, only: obstacle_spline
+   use reference_curve, only: path_point
    use obstacle_track, only: track_t, track_foot
    use obstacle_shapes, only: spline_curve, ellipse_points
    implicit none

@@ -9,7 +9,7 @@ module converged_state
    use touchdown_points, only: touchdown_t, misfit
    use element_foundation, only: foundation_forces
    use ground_following, only: mark_step, mark_spring
-   use inner_forces, only: inner_forces_t
+   use rod_load, only: inner_forces_t
    implicit none
    private
    public :: constraint_residual, contact_holds, keep_resultants, keep_couples

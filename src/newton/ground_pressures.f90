@@ -12,7 +12,7 @@ module ground_pressures
    use linear_system, only: system_t, worst_round_off, to_global
    use bordered_system, only: resultant_rates
    use element_foundation, only: foundation_forces
-   use inner_forces, only: inner_forces_t
+   use rod_load, only: inner_forces_t
    use rod_profile, only: profile_t, new_profile, profile_rate
    use force_law, only: carries
    use text, only: to_text, rounded

@@ -12,7 +12,7 @@ module foundation_force_functional
    use ge_stages, only: ge_stages_t, find_stages, ge_direction_rates
    use gauss_tableau, only: max_stages, stage_basis
    use element_foundation, only: foundation_forces
-   use inner_forces, only: inner_forces_t
+   use rod_load, only: inner_forces_t
    use ground_regions, only: foundation_totals
    use conforming_span, only: conforming_state_t, conforming_track
    use obstacle_track, only: track_t

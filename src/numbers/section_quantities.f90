@@ -5,7 +5,7 @@ module section_quantities
    use model, only: monitor_t, axial => section_axial, moment => section_moment, strain => section_strain, stress => section_stress
    use problem, only: problem_t
    use rod_state, only: state_t
-   use section_forces, only: inner_local_forces
+   use rod_equations, only: inner_local_forces
    use cross_section, only: section_t, varies, local_section, outer_fibre
    use reference_curve, only: curve_point, curve_abscissa
    use rod_profile, only: profile_t, new_profile, profile_angle

@@ -6,8 +6,7 @@ module listing
    use, intrinsic :: iso_fortran_env, only: output_unit
    use kinds, only: wp, name_length
    use model, only: model_t, contact_print_t, method_words
-   use path_record, only: record_t, point_t, critical_t, region_t, branch_start_t, buckling_t, limit_point_t
-   use run_accuracy, only: accuracy_t
+   use path_record, only: record_t, point_t, critical_t, region_t, branch_start_t, buckling_t, limit_point_t, accuracy_t
    use columns, only: significant, scientific
    use listing_tables, only: limit_table_t, open_limit_table, write_limit_point, leave_limit_table, write_buckling_table, &
       & list_accuracy, list_cost, column_t, page_rows, load_digits, monitor_digits, wide_column, fitting_columns, widen_columns, &

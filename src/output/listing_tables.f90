@@ -7,12 +7,11 @@ module listing_tables
    use text, only: to_text, word_at, add_clause
    use model, only: model_t, parameter_words
    use model_words, only: parameter_object
-   use path_record, only: buckling_t, limit_point_t
+   use path_record, only: buckling_t, limit_point_t, accuracy_t, check_t, checks_of
    use error_text, only: bar_text, corrected_text, unbounded_text
    use error_bar, only: error_bars_t
    use columns, only: significant, scientific, fixed, left, right
    use timing, only: timing_seconds, timing_calls, timing_total, counted, n_phases, phase_name, n_counters, counter_name
-   use run_accuracy, only: accuracy_t, check_t, checks_of
    use terminal, only: painted, bold
    implicit none
    private

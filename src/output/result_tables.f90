@@ -4,7 +4,8 @@ module result_tables
    use text, only: to_text
    use timing, only: timing_seconds, timing_calls, counted, n_phases, phase_name, n_counters, counter_name
    use model, only: model_t
-   use obstacle_types, only: obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, ground_half_space, ground_pasternak
+   use obstacle_types, only: obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, ground_half_space, &
+      & ground_pasternak
    use obstacle_curve, only: curve_samples
    use obstacle_geometry, only: obstacle_gap
    use element_families, only: follows_curves
@@ -13,9 +14,8 @@ module result_tables
    use rod_samples, only: middle_section
    use candidates, only: candidates_t, new_candidates
    use model_words, only: side_name, kind_name, points_name
-   use path_record, only: branch_start_t, buckling_t
+   use path_record, only: branch_start_t, buckling_t, accuracy_t, check_t, checks_of
    use error_text, only: stored_bar, stored_correction, bar_description, corrected_description
-   use run_accuracy, only: accuracy_t, check_t, checks_of
    use file_items, only: data_of
    use result_file, only: result_file_t, put_group, put_data, put_attribute, text_with_room
    implicit none

@@ -8,14 +8,13 @@ module results
    use kinds, only: wp, i8
    use errors, only: error_t
    use model, only: model_t
-   use path_record, only: record_t, point_t, critical_t, branch_start_t, buckling_t, limit_point_t
-   use run_accuracy, only: accuracy_t
+   use path_record, only: record_t, point_t, critical_t, branch_start_t, buckling_t, limit_point_t, accuracy_t
    use rod_geometry, only: geometry_t, new_geometry
    use result_tables, only: write_root, write_mesh, write_obstacles, write_candidates, write_branch, &
       & branch_group, write_buckling, write_performance, write_accuracy
    use model_tables, only: write_supports, write_loads, write_sets
-   use path_series, only: path_series_t, open_path_series, append_point, append_critical
-   use limit_series, only: limit_series_t, open_limit_series, append_limit_point
+   use path_series, only: path_series_t, open_path_series, append_point, append_critical, limit_series_t, open_limit_series, &
+      & append_limit_point
    use file_items, only: data_of, place_of, remove_items
    use result_file, only: result_file_t, file_create, put_group, put_attribute, file_flush, file_close, file_error
    use growing_tables, only: continue_tables, table_rows, check_tables

@@ -31,7 +31,7 @@ module path_loop
    use branches, only: follow_branches
    use archive, only: archive_t
    use run_archive, only: exchange_problem_t, exchange_path_state_t
-   use attempt, only: attempt_t
+   use increment_trials, only: attempt_t
    use checkpoint, only: saved_run_t, on_step, on_branch, on_curve, exchange_step, restore_run, continue_from_point, &
       & change_steps, take_steps, not_again
    use limit_curves, only: follow_limit_curves

@@ -14,7 +14,7 @@ module contact_regions
    use rod_load, only: ge_load_t
    use obstacle_pose, only: pose_t
    use obstacle_geometry, only: obstacle_gap, has_angle, contact_angle, turns_forward, unwrap_angle, contact_curvature
-   use section_forces, only: local_forces, rod_direction
+   use rod_equations, only: local_forces, rod_direction
    use element_gap, only: element_gap_t, new_element_gap, gap_parts, most_parts
    use ground_regions, only: find_ground_regions, chain_place
    use path_record, only: region_t

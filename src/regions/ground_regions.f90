@@ -14,7 +14,7 @@ module ground_regions
    use ground_segments, only: gap_in_state
    use element_gap, only: element_gap_t, gap_root_t, gap_parts, gap_value, gap_extreme, root_factor, is_at, most_parts, most_samples
    use reference_curve, only: curve_length
-   use inner_forces, only: inner_forces_t
+   use rod_load, only: inner_forces_t
    use path_record, only: region_t
    implicit none
    private

@@ -20,7 +20,7 @@ module stress_stiffness
    use node_loads, only: node_push_t, node_pushes
    use bordered_system, only: resultant_rates, held_force_change
    use node_contact_functional, only: reaction_rate
-   use rod_stress, only: rod_stress_stiffness
+   use rod_equations, only: rod_stress_stiffness
    use band_matrix, only: band_t, band_sum
    implicit none
    private

@@ -5,8 +5,7 @@ module ge_in_state
    use rod_state, only: state_t, element_displacement, element_compliance, element_load
    use element_families, only: collocates
    use gauss_tableau, only: max_stages
-   use ge_data, only: ge_data_t
-   use ge_stages, only: ge_direction_changes
+   use ge_stages, only: ge_direction_changes, ge_data_t
    use ge_fields, only: ge_end_forces
    implicit none
    private

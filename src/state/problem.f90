@@ -15,7 +15,7 @@ module problem
    use numbering, only: numbering_t, new_numbering
    use tie_pattern, only: tie_pattern_t, new_tie_pattern, coupled_pairs
    use gauss_tableau, only: tableau_t, max_stages, new_tableau
-   use ge_data, only: ge_stiffness_t, ge_compliance, forbid_stretch
+   use ge_stages, only: ge_stiffness_t, ge_compliance, forbid_stretch
    use ge_element, only: ge_size
    use ul2_element, only: ul2_size
    use rod_geometry, only: geometry_t, new_geometry

@@ -8,7 +8,7 @@ module rod_state
    use obstacle_pose, only: pose_t
    use ground_coupling, only: settlement
    use rod_load, only: ge_load_t
-   use ge_data, only: ge_stiffness_t, ge_compliance
+   use ge_stages, only: ge_stiffness_t, ge_compliance
    use load_pattern, only: load_t
    use cross_section, only: section_t, varies
    use rod_samples, only: stage_section, add_line_loads

@@ -9,7 +9,7 @@ module deck_nodes
    use linear_system, only: system_t, to_global
    use state_transfer, only: find_point, kept_t, point_displacement
    use conforming_span, only: conforming_state_t, conforming_displacement
-   use section_forces, only: local_forces, inner_local_forces
+   use rod_equations, only: local_forces, inner_local_forces
    use rod_profile, only: profile_t, new_profile, keep_profile, profile_rate, profile_place
    use ge_in_state, only: ge_here_t
    use node_axes, only: relative_increments

@@ -1,18 +1,17 @@
 !> Equilibrium equations at a state, assembled with the present contact set.
 !>
 !> This module re-exports the modules of its parts: system_type has the data, node_axes the axes of the unknowns,
-!> eliminated_unknowns the constraints, contact_terms and joint_stiffness their terms, and residual_measure the residual.
-!>
-!> The linear maps of inextensible elements, with which axial_rigidity corrects solutions, are computed here (set_rigidity).
+!> eliminated_unknowns the constraints, contact_terms and joint_stiffness their terms, terms. Computed here are the residual of the
+!> equations, with the part of it that may be rounding, and the linear maps of inextensible elements, with which axial_rigidity
+!> corrects solutions (set_rigidity).
 module linear_system
    use kinds, only: wp
-   use problem, only: problem_t, carried_by
+   use problem, only: problem_t, carried_by, moments_as_forces
    use obstacle_pose, only: pose_t
-   use rod_state, only: state_t, node_position, pose_of, candidate_gap, closing_rate, may_react
+   use rod_state, only: state_t, node_position, pose_of, candidate_gap, closing_rate, may_react, element_load
    use track_nodes, only: rolled_t, rolled, touchdown_spring
    use node_loads, only: node_push_t, dead_node_load, node_pushes
-   use rod_equations, only: evaluate_rod
-   use inner_forces, only: inner_forces_t
+   use rod_equations, only: evaluate_rod, cancelling_force, displaced_force
    use band_matrix, only: row_product, add_row
    use active_coupling, only: excess_row, subtract_excess
    use tied_nodes, only: set_blocks, spread_force, add_matrix
@@ -24,15 +23,17 @@ module linear_system
    use joint_stiffness, only: add_joint_springs, add_links
    use node_matrices, only: add_node_matrices
    use rolling_rods, only: constrain_rolling
-   use residual_measure, only: measure_residual, worst_round_off
    use timing, only: timing_start, timing_stop, count_up, phase_elements, phase_assembly, counter_evaluated
    use ge_in_state, only: ge_at
    use ge_stages, only: ge_directions
    use gauss_tableau, only: max_stages
+   use rod_load, only: ge_load_t, largest_line, inner_forces_t
    implicit none
    private
    public :: system_t, new_system, assemble, sum_elements, contact_pull, matrix_to_node, turn_pair, to_node, to_global, &
       & row_times, rows_times, contact_reaction, reaction_weights, worst_round_off
+
+   real(wp), parameter :: worst_round_off = 1.0e-6_wp !! a residual above this bound is not accepted as rounding
 
 contains
 
@@ -323,4 +324,79 @@ contains
          end do
       end associate
    end function give_inside
+
+   !> Measures the residual of the free unknowns, computed from the stored end forces: over the largest force; for moments over the
+   !> largest force times the structure's size.
+   subroutine measure_residual(problem, state, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(inout) :: system
+      real(wp) :: worst, scale, noise, moved, carried, more(6)
+      type(ge_load_t) :: load
+      type(node_push_t), allocatable :: push(:)
+      integer :: e, i
+      system%raw = system%residual
+      scale = problem%force_floor
+      do e = 1, problem%model%mesh%n_elements
+         more = system%eraw(:, e) - system%ef(:, e)
+         call spread_element(problem, system, e, more, system%raw)
+         scale = max(scale, maxval(abs(system%eraw(1:2, e))), maxval(abs(system%eraw(4:5, e))), &
+            & abs(system%eraw(3, e)) / problem%size, abs(system%eraw(6, e)) / problem%size)
+         scale = max(scale, cancelling_force(problem, state, e))
+      end do
+      scale = max(scale, maxval(abs(state%reaction), mask=state%active))
+      scale = max(scale, maxval(problem%model%spring(1:2, :) * abs(state%u(1:2, :))), &
+         & maxval(problem%model%spring(3, :) * abs(state%u(3, :))) / problem%size)
+      do e = 1, size(problem%model%joint_spring)
+         associate (spring => problem%model%joint_spring(e))
+            scale = max(scale, spring%stiffness * maxval(abs(state%u(spring%component, spring%node))) / &
+               & merge(problem%size, 1.0_wp, spring%component == 3))
+         end associate
+      end do
+      ! Loads of several steps may cancel; their sum has the rounding errors of all of them.
+      associate (rate => problem%model%step(problem%step)%load)
+         scale = max(scale, maxval(abs(problem%constant%node_force(1:2, :))), &
+            & abs(state%load_factor) * maxval(abs(rate%node_force(1:2, :))))
+      end associate
+      push = node_pushes(problem, state)
+      do i = 1, size(push)
+         scale = max(scale, norm2(push(i)%force(1:2)))
+      end do
+      if (problem%has_spans()) then
+         ! An obstacle may balance a load without any section force in the rods.
+         carried = 0.0_wp
+         do e = 1, problem%model%mesh%n_elements
+            if (problem%conforms(e) == 0) cycle
+            load = element_load(problem, state, e)
+            carried = carried + (norm2(largest_line(load)) + abs(load%pressure)) * state%geometry%element(e)%length
+         end do
+         scale = max(scale, carried)
+      end if
+      if (any(problem%ground%founded)) then
+         ! A foundation may balance a load without any section force in the rods.
+         do e = 1, problem%model%mesh%n_elements
+            load = element_load(problem, state, e)
+            scale = max(scale, maxval(largest_line(load)) * state%geometry%element(e)%length)
+         end do
+      end if
+      worst = maxval(abs(merge(0.0_wp, moments_as_forces(problem, system%raw), system%fixed)))
+      system%force_scale = scale
+      ! UL2 elements compute N from displacements, and foundations their reaction from a gap. The rounding error of the force is
+      ! that of the displacement or gap, times the stiffness.
+      moved = max(maxval(abs(state%u(1:2, :))), maxval(abs(state%u(3, :))) * problem%size)
+      system%gap_error = 2.0_wp * epsilon(noise) * merge(moved, problem%size, problem%resting)
+      noise = maxval([problem%ground%stiffest, system%spring]) * merge(moved, problem%size, problem%resting)
+      system%gap_noise = 2.0_wp * epsilon(noise) * noise / scale
+      noise = max(noise, moved * maxval(problem%model%spring(1:2, :)), moved * maxval(problem%model%spring(3, :)) / problem%size**2)
+      do e = 1, size(problem%model%joint_spring)
+         associate (spring => problem%model%joint_spring(e))
+            noise = max(noise, moved * spring%stiffness / merge(problem%size**2, 1.0_wp, spring%component == 3))
+         end associate
+      end do
+      do e = 1, problem%model%mesh%n_elements
+         noise = max(noise, displaced_force(problem, state, e, moved))
+      end do
+      system%round_off = min(2.0_wp * epsilon(noise) * noise / scale, worst_round_off)
+      system%force_residual = worst / scale
+   end subroutine measure_residual
 end module linear_system

@@ -71,7 +71,7 @@ module system_type
       integer :: negative_pivots = 0 !! number of negative pivots of the tangent on the null space of the active constraints,
       !! without those counted by `hinges`
       integer :: hinges = 0 !! number of negative pivots that do not indicate instability: of clamps that are hinges in the tangent
-      !! (neutral_spans), and of point contacts at which the rod is more curved than the obstacle
+      !! (rolling_rods), and of point contacts at which the rod is more curved than the obstacle
       ! Rod that may roll along a wall (rolling_rods):
       integer :: roll_at = 0                    !! unknown that has the spring against rolling; 0: none
       real(wp) :: roll_rate = 0.0_wp            !! change of this unknown by the material length rolled

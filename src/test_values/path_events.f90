@@ -1,6 +1,9 @@
 !> Test values of a path point, and the events detected from them: limit points, bifurcations, contact regions that appear or
 !> vanish, prescribed values. An event is the zero of a function of the state; a change of its sign between two points indicates the
 !> event.
+!>
+!> Corners of the force laws of stops and of foundations at nodes are events, too: the penetration passes from one segment of the
+!> law to the next, and the stiffness jumps.
 module path_events
    use kinds, only: wp
    use model, only: step_t
@@ -10,14 +13,15 @@ module path_events
    use monitors, only: monitor_values, monitor_rate
    use contact_regions, only: region_of, resolved_contact
    use ground_regions, only: find_ground_regions, regions_on_moved_nodes
-   use law_corners, only: law_corner_t, beyond_corner
    use contact_labels, only: contact_gained, contact_lost, contact_words
    use ground_events, only: ground_event_t, find_ground_events, find_roots, ground_event_value
    use path_record, only: region_t
+   use force_law, only: law_segment, first_corner
    implicit none
    private
-   public :: test_values_t, event_t, new_test_values, detect_events, value_events, event_value, note_of_corner, test_value
-   public :: event_limit, event_bifurcation, event_release, event_turning, event_contact, event_value_reached, event_stop
+   public :: test_values_t, event_t, new_test_values, detect_events, value_events, event_value, note_of_corner, test_value, &
+      & event_limit, event_bifurcation, event_release, event_turning, event_contact, event_value_reached, event_stop, &
+      & law_corner_t, corner_between
 
    integer, parameter :: event_limit = 1, event_bifurcation = 2, event_contact = 3, event_value_reached = 4, event_stop = 5, &
       & event_turning = 6, event_release = 7
@@ -38,6 +42,12 @@ module path_events
       logical, allocatable :: active(:)       !! (candidates) true: contact at the node, within the resolution of the mesh
       type(region_t), allocatable :: grounded(:) !! regions of contact with distributed foundations
    end type test_values_t
+
+   !> A corner of the law of one candidate.
+   type :: law_corner_t
+      integer :: candidate = 0                   !! candidate whose law has the corner; 0: no corner
+      real(wp) :: penetration = 0.0_wp           !! penetration at the corner [length], negative where the law acts in tension
+   end type law_corner_t
 
    !> An event between two points of the path.
    type :: event_t
@@ -355,4 +365,44 @@ contains
          test_value = test_values%monitor(event%monitor)
       end if
    end function test_value
+
+   !> Corner of the law between two states: of the first candidate whose penetrations at the two states lie on different segments,
+   !> the corner nearest to the first state.
+   type(law_corner_t) function corner_between(problem, from, to) result(corner)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: from, to
+      integer :: c, first, last, k
+      do c = 1, problem%candidates%n
+         associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(c)))
+            if (obstacle%law == 0) cycle
+            associate (law => problem%model%law(obstacle%law))
+               first = law_segment(law, penetration(problem, from, c))
+               last = law_segment(law, penetration(problem, to, c))
+               if (first == last) cycle
+               k = first_corner(first, last)
+               corner%candidate = c
+               corner%penetration = sign(law%penetration(abs(k)), real(k, wp))
+            end associate
+         end associate
+         return
+      end do
+   end function corner_between
+
+   !> Event function of a corner: the penetration at a state minus the penetration of the corner [length].
+   real(wp) function beyond_corner(problem, state, corner) result(beyond)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(law_corner_t), intent(in) :: corner   !! corner with candidate > 0
+      beyond = penetration(problem, state, corner%candidate) - corner%penetration
+   end function beyond_corner
+
+   !> Penetration of a node into its obstacle; 0 if the gap is open. If the law also acts in tension, the penetration is negative
+   !> there.
+   real(wp) function penetration(problem, state, candidate) result(depth)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      depth = -candidate_opening(problem, state, candidate)
+      if (.not. problem%candidates%bilateral(candidate)) depth = max(depth, 0.0_wp)
+   end function penetration
 end module path_events

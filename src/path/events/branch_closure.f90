@@ -11,11 +11,10 @@ module branch_closure
    use path_control, only: path_length
    use path_continuity, only: relate, relation_t
    use path_point, only: path_point_t, point_at, evaluate_tests
-   use path_state, only: path_state_t
+   use path_state, only: path_state_t, located_event_t
    use path_events, only: event_t, event_limit, event_bifurcation
    use critical_points, only: critical_point_t
    use path_outcome, only: outcome_t
-   use located_events, only: located_event_t
    implicit none
    private
    public :: on_parent_path, check_parent_path, check_closure

@@ -13,14 +13,12 @@ module event_location
    use contact_labels, only: contact_gained
    use contact_regions, only: region_of
    use path_events, only: event_t, event_value, note_of_corner, event_bifurcation, event_release, event_contact, event_limit, &
-      & event_turning, event_value_reached, event_stop
-   use located_events, only: located_event_t, note_balance
+      & event_turning, event_value_reached, event_stop, law_corner_t, corner_between
    use contact_set, only: sign_slack
-   use law_corners, only: law_corner_t, corner_between
    use smooth_zero, only: locate_smooth, take_beginning
    use zero_search, only: zero_eigenvalue
    use path_point, only: path_point_t, evaluate_tests
-   use path_state, only: path_state_t, copy_path_state, path_tangent_of
+   use path_state, only: path_state_t, copy_path_state, path_tangent_of, located_event_t, note_balance
    use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    use force_law, only: segment_open, segment_unknown
    implicit none

@@ -1,19 +1,29 @@
-!> Detects and locates the events between the last accepted point and a converged trial.
+!> Detects and locates the events between the last accepted point and a converged trial. Rejects spurious events, which are
+!> artefacts of rounding or of the mesh, and finds events that need a shorter increment. The relations between the events of one
+!> increment are determined here, too: duplicates, contact changes beside limit points, and the number of negative pivots before
+!> each event.
 module event_search
    use kinds, only: wp
    use model, only: step_t
    use problem, only: problem_t
    use path_point, only: path_point_t
-   use path_state, only: path_state_t, copy_path_state
+   use path_state, only: path_state_t, copy_path_state, located_event_t
    use branch_closure, only: check_parent_path
-   use path_events, only: test_values_t, event_t, detect_events, value_events, event_limit, test_value
+   use path_events, only: test_values_t, event_t, detect_events, value_events, event_limit, test_value, event_bifurcation, &
+      & event_release, event_value_reached, event_turning, event_contact
    use tangent_modes, only: apply_tangent
-   use located_events, only: located_event_t
    use event_location, only: locate_event
    use error_bar, only: error_bars_t
+   use rod_state, only: state_t
+   use force_free_contact, only: count_opening
+   use path_control, only: path_length
+   use path_continuity, only: largest_turn
+   use ground_cuts, only: find_cuts, inner_cuts
+   use mesh_request, only: rounding_of
    implicit none
    private
-   public :: findings_t, find_events
+   public :: findings_t, find_events, better_from_nearer, hides_release, turns_by_rounding, check_limit_shift, check_single_path, &
+      & duplicates_of, beside, count_before, same_place
 
    !> Results of the search for events, before anything is recorded.
    type :: findings_t
@@ -26,6 +36,11 @@ module event_search
       logical :: keeps_mesh = .false.            !! true: the mesh is not refined for this increment, however large the errors are
       type(error_bars_t), allocatable :: bars  !! error bars of the trial; not allocated: the deck requests none for it
    end type findings_t
+
+   character(*), parameter :: passing = 'bifurcation, or two paths that pass each other closely,'
+
+   real(wp), parameter :: same_place = 1.0e-5_wp !! fraction of the increment: located events closer than this coincide; with values
+   !! from 1E-6 to 1E-4 every deck in input has the same results
 
 contains
 
@@ -153,4 +168,198 @@ contains
       events = pack(events, [(.not. (test_value(first, events(i)) - events(i)%value) * (test_value(last, events(i)) - &
          & events(i)%value) < 0.0_wp, i=1, size(events))])
    end subroutine drop_known
+
+   !> True if a shorter increment may resolve the events of this increment better: an event was not located, an eigenvalue was not
+   !> detected, or at a located event interface points lie inside elements. Prescribed values and turning points that were not
+   !> located do not count.
+   logical function better_from_nearer(problem, run, trial, findings) result(better)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: trial
+      type(findings_t), intent(in) :: findings
+      integer :: i
+      better = .not. findings%closes_branch .and. one_sided(run, trial, findings%seen)
+      do i = 1, size(findings%seen)
+         if (better) return
+         associate (located_event => findings%seen(i))
+            better = .not. (findings%duplicate(i) .or. located_event%located .or. &
+               & any(located_event%event%kind == [event_value_reached, event_turning])) .or. passes_kinks(problem, run%last%state, &
+               & located_event)
+         end associate
+      end do
+   end function better_from_nearer
+
+   !> True if a shorter increment may locate the event better: interface points of foundations lie inside elements at the event, but
+   !> not at the last accepted point. A point between both can have a mesh with nodes at the interface points. If interface points
+   !> lie inside elements already at the last accepted point, no mesh has nodes there.
+   logical function passes_kinks(problem, last, located_event)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: last
+      type(located_event_t), intent(in) :: located_event
+      passes_kinks = located_event%located .and. any(problem%layout%rod_segment%free)
+      if (passes_kinks) passes_kinks = inner_cuts(find_cuts(problem, located_event%point%state)) > max(size(problem%mark), &
+         & inner_cuts(find_cuts(problem, last)))
+   end function passes_kinks
+
+   !> True if a detachment before the end of the step was not detected: the numbers of directions that open force-free contacts at
+   !> the last accepted point and at the end of the step differ by more than the located detachments explain. (The trial behind the
+   !> end of the step may not show the detachment: there long elements buckle between their nodes.)
+   logical function hides_release(problem, run, findings, end) result(hides)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(in) :: run
+      type(findings_t), intent(in) :: findings
+      integer, intent(in) :: end                 !! index in findings%seen of the event that ends the step
+      integer :: opening, i
+      logical :: weak
+      associate (seen => findings%seen)
+         call count_opening(problem, seen(end)%point%state, seen(end)%point%system, opening, weak)
+         hides = weak .and. run%last%test_values%weak
+         do i = 1, size(seen)
+            if (seen(i)%event%kind == event_release .and. seen(i)%located .and. .not. findings%duplicate(i) .and. &
+               & seen(i)%fraction < seen(end)%fraction) opening = opening - nint(sign(1.0_wp, seen(i)%event%before))
+         end do
+      end associate
+      hides = hides .and. opening /= run%last%test_values%opening
+   end function hides_release
+
+   !> True if the event is a turning point of a monitor that changes by rounding only, for example a monitor that is constant by
+   !> symmetry.
+   logical function turns_by_rounding(problem, step, run, trial, located_event) result(no_turn)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: trial
+      type(located_event_t), intent(in) :: located_event
+      real(wp) :: least
+      integer :: m
+      no_turn = .false.
+      if (located_event%event%kind /= event_turning) return
+      m = step%turning(located_event%event%monitor)
+      least = rounding_of(problem, m)
+      if (allocated(located_event%bars)) then
+         if (located_event%bars%monitor(m)%estimated) least = max(least, located_event%bars%monitor(m)%rounding)
+      end if
+      associate (before => run%last%test_values%monitor(m), after => trial%test_values%monitor(m))
+         ! A rate whose sign changes by rounding has no zero that could be located.
+         no_turn = abs(after - before) <= least
+         if (located_event%located) no_turn = maxval(abs(located_event%point%test_values%monitor(m) - [before, after])) <= least
+      end associate
+   end function turns_by_rounding
+
+   !> Marks a limit point as unsure if the load may turn there by the error of the mesh only, so that a finer mesh is requested or
+   !> the run reports it. This is so if its place on finer elements is farther away than the path since the last contact change;
+   !> for a place ahead, farther than this path plus the way to the trial.
+   subroutine check_limit_shift(problem, run, trial, located_event)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: trial
+      type(located_event_t), intent(inout) :: located_event !! its error bars are marked as not knowing the sign of the load rate
+      real(wp) :: reach
+      if (.not. allocated(located_event%bars) .or. located_event%event%kind /= event_limit) return
+      reach = run%arc_length - max(run%left_at, run%since_change%at) + path_length(problem, run%last%state, &
+         & located_event%point%state)
+      if (located_event%bars%way > 0.0_wp) reach = reach + path_length(problem, located_event%point%state, trial%state)
+      if (abs(located_event%bars%way) > reach) located_event%bars%unsure = .true.
+   end subroutine check_limit_shift
+
+   !> Rejects a bifurcation that may be two paths close to each other. A small force along the null vector would separate the paths;
+   !> the points between which the event is interpolated then lie on both.
+   pure subroutine check_single_path(located_event)
+      type(located_event_t), intent(inout) :: located_event !! located becomes false if the bifurcation is rejected
+      if (.not. allocated(located_event%bars) .or. located_event%event%kind /= event_bifurcation) return
+      located_event%located = located_event%bars%unfolding * located_event%tangent_turn <= largest_turn
+      if (.not. located_event%located) located_event%event%note = passing
+   end subroutine check_single_path
+
+   !> (seen) true: the event is not reported as an event of its own. Not reported are
+   !> - bifurcations that repeat the sign change of a limit point or are further eigenvalues of a multiple bifurcation,
+   !> - jumps of the pivot count due to a change of the contact set, or to rounding if the last accepted point is a bifurcation,
+   !> - bifurcations behind the trial,
+   !> - limit points beside a contact change, if they were not located.
+   !> If the contact set is unchanged up to the trial, the pivot count has no jumps. A change of the count without a located
+   !> bifurcation then means that the trial is on another path.
+   function duplicates_of(run, trial, changes, seen) result(duplicate)
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: trial
+      logical, intent(in) :: changes             !! true: the contact set changes at the trial
+      type(located_event_t), intent(in) :: seen(:)
+      logical :: duplicate(size(seen)), set_changes, jumps, contact_located, limit_counted
+      integer :: i, k
+      jumps = any(run%last%state%active .neqv. trial%state%active) .or. any(seen%event%kind == event_contact)
+      set_changes = changes .or. jumps
+      contact_located = changes .or. any(seen%event%kind == event_contact .and. seen%located)
+      limit_counted = .false.
+      duplicate = .false.
+      do i = 1, size(seen)
+         if (seen(i)%event%kind == event_limit .and. .not. seen(i)%located) duplicate(i) = contact_located
+         if (seen(i)%event%kind /= event_bifurcation) cycle
+         if (seen(i)%later) then
+            duplicate(i) = .true.
+         else if (.not. seen(i)%located) then
+            duplicate(i) = jumps
+         else
+            ! At a contact change the force of the contact is zero, and the number of negative pivots is undefined.
+            duplicate(i) = (run%on_bifurcation .or. set_changes) .and. seen(i)%fraction <= same_place
+            duplicate(i) = duplicate(i) .or. (set_changes .and. seen(i)%fraction >= 1.0_wp - same_place)
+            do k = 1, size(seen)
+               if (k == i .or. duplicate(i) .or. .not. seen(k)%located) cycle
+               if (abs(seen(k)%fraction - seen(i)%fraction) > same_place) cycle
+               if (seen(k)%event%kind == event_limit .and. .not. limit_counted) then
+                  duplicate(i) = .true.
+                  limit_counted = .true.
+               else if (seen(k)%event%kind == event_bifurcation .and. k < i) then
+                  duplicate(i) = .not. duplicate(k)
+               end if
+            end do
+         end if
+      end do
+   end function duplicates_of
+
+   !> (seen) for a located limit point at a corner of the path: index of the located contact change at the same position; 0: none.
+   pure function beside(seen) result(change)
+      type(located_event_t), intent(in) :: seen(:)
+      integer :: change(size(seen)), i, k
+      change = 0
+      do i = 1, size(seen)
+         if (.not. (seen(i)%event%corner .and. seen(i)%located)) cycle
+         do k = 1, size(seen)
+            if (seen(k)%event%kind /= event_contact .or. .not. seen(k)%located) cycle
+            if (abs(seen(k)%fraction - seen(i)%fraction) <= same_place) change(i) = k
+         end do
+      end do
+   end function beside
+
+   !> True if the load rate changes its sign while the contact set is unchanged and the number of negative pivots changes by an even
+   !> number: a second eigenvalue changes its sign together with that of the limit point and went undetected.
+   pure logical function one_sided(run, trial, seen)
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: trial
+      type(located_event_t), intent(in) :: seen(:)
+      integer :: i
+      one_sided = run%last%test_values%load_rate * trial%test_values%load_rate < 0.0_wp .and. &
+         & all(run%last%state%active .eqv. trial%state%active) .and. &
+         & modulo(trial%test_values%negative_pivots - run%last%test_values%negative_pivots, 2) == 0
+      ! If bifurcations were located at the same position as the limit point, these explain the further eigenvalues.
+      do i = 1, size(seen)
+         one_sided = one_sided .and. .not. (seen(i)%event%meets .and. seen(i)%located)
+         if (seen(i)%event%kind == event_limit .and. seen(i)%located) one_sided = one_sided .and. .not. any( &
+            & seen%event%kind == event_bifurcation .and. seen%located .and. abs(seen%fraction - seen(i)%fraction) <= same_place)
+      end do
+   end function one_sided
+
+   !> Number of negative pivots just before a position in the increment. (At an event itself an eigenvalue may be zero, and the
+   !> signs of pivots are then rounding.)
+   pure integer function count_before(run, seen, duplicate, fraction) result(pivots)
+      type(path_state_t), intent(in) :: run
+      type(located_event_t), intent(in) :: seen(:)
+      logical, intent(in) :: duplicate(:)             !! (seen) from duplicates_of
+      real(wp), intent(in) :: fraction           !! position in the increment, 0 to 1
+      integer :: i
+      pivots = run%last%test_values%negative_pivots
+      do i = 1, size(seen)
+         if (seen(i)%event%kind /= event_bifurcation .or. .not. seen(i)%located) cycle
+         if (duplicate(i) .and. seen(i)%fraction <= same_place) cycle
+         if (seen(i)%fraction < fraction - same_place) pivots = pivots + nint(sign(1.0_wp, seen(i)%event%before))
+      end do
+   end function count_before
 end module event_search

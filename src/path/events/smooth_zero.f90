@@ -26,9 +26,8 @@ module smooth_zero
    use path_events, only: event_bifurcation, event_limit
    use zero_search, only: zero_search_t, find_zero, tangent_turn_per_force, zero_eigenvalue, state_between, zero_of_cubic, &
       & n_samples
-   use located_events, only: located_event_t, note_balance
    use path_point, only: path_point_t, point_at, evaluate_tests
-   use path_state, only: path_state_t
+   use path_state, only: path_state_t, located_event_t, note_balance
    use bracketing, only: new_bracket
    use errors, only: error_t
    use tangent_modes, only: modes_t, lowest_modes

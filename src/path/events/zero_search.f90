@@ -10,10 +10,9 @@ module zero_search
    use rod_state, only: state_t
    use increment_points, only: division_t, point_within
    use path_events, only: event_value, event_bifurcation, event_t, event_release
-   use located_events, only: located_event_t
    use tangent_modes, only: modes_t, lowest_modes, numbered_eigenvalue, most_null_vectors
    use path_point, only: path_point_t
-   use path_state, only: path_state_t
+   use path_state, only: path_state_t, located_event_t
    use bracketing, only: bracket_t, next_guess, take_value
    use errors, only: error_t
    use linear_system, only: system_t, new_system

@@ -19,7 +19,7 @@ module checkpoint
    use critical_points, only: critical_points_t
    use path_state, only: path_state_t
    use step_control, only: change_control
-   use attempt, only: attempt_t
+   use increment_trials, only: attempt_t
    use path_outcome, only: outcome_t
    use path_record, only: recorder_t, buckling_t
    use text, only: to_text

@@ -15,8 +15,8 @@ module path_follower
    use path_point, only: path_point_t
    use path_state, only: path_state_t
    use step_control, only: begin_arc_length, go_by_load, may_rest, next_increment, shorten_to_stop
-   use attempt, only: attempt_t, start_from, leads_on, note_change, ended
-   use increment_trials, only: try_increment, retry_refined, try_another_set, shorten_increment
+   use increment_trials, only: try_increment, retry_refined, try_another_set, shorten_increment, attempt_t, start_from, leads_on, &
+      & note_change, ended
    use checkpoint, only: save_run
    use step_recovery, only: try_recovery
    use path_acceptance, only: arrival_t, accept

@@ -6,8 +6,7 @@ module step_recovery
    use kinds, only: wp
    use model, only: step_t, method_load, method_displacement
    use problem, only: problem_t
-   use corner_ahead, only: part_before, differ
-   use corner_turning, only: turn_corner
+   use corner_turning, only: turn_corner, part_before, differ
    use path_state, only: path_state_t, point_on_mesh_t
    use path_point, only: renew
    use step_control, only: too_short
@@ -16,8 +15,7 @@ module step_recovery
    use ground_following, only: is_live
    use span_changes, only: check_contact_change
    use span_mesh, only: step_back, request_double_mesh
-   use attempt, only: attempt_t, note_change, ended
-   use increment_trials, only: retry_refined, try_another_set, shorten_increment
+   use increment_trials, only: retry_refined, try_another_set, shorten_increment, attempt_t, note_change, ended
    use path_record, only: recorder_t
    use timing, only: count_up, counter_rejected, counter_cut
    use text, only: to_text

@@ -25,7 +25,7 @@ module limit_mesh
    use rod_state, only: state_t
    use span_division, only: outgrown
    use ground_mark, only: cut_t
-   use mesh_change, only: carry_over
+   use mesh_transfer, only: carry_over
    use path_control, only: control_t
    use corrector, only: increment_t, correct
    use contact_spans, only: contact_span_t, choose_spans

@@ -1,4 +1,5 @@
 !> Transfers points of the path to other meshes with the same contact set, and finds the equilibrium of each point on its new mesh.
+!> The first guess of the equilibrium is the state itself, carried over to the new mesh (carry_over).
 module mesh_transfer
    use kinds, only: wp
    use model, only: method_load, method_displacement
@@ -7,7 +8,6 @@ module mesh_transfer
    use linear_system, only: new_system
    use span_problem, only: new_span_problem
    use span_candidates, only: present_contact_spans
-   use mesh_change, only: carry_over
    use mesh_density, only: mesh_density_t
    use ground_cuts, only: find_cuts
    use path_control, only: control_t, is_arc_length, metric
@@ -18,12 +18,14 @@ module mesh_transfer
    use corrector, only: increment_t, correct
    use mesh_request, only: stays_within
    use timing, only: count_up, counter_remeshed
-   use touchdown_points, only: touchdown_steps
+   use touchdown_points, only: touchdown_steps, carry_forces
    use tangent_step, only: states_along
    use sized_equilibrium, only: solve_sized
+   use ground_segments, only: assign_segments
+   use state_transfer, only: carried, carried_field
    implicit none
    private
-   public :: transfer_and_solve, rebalance, refine_point
+   public :: transfer_and_solve, rebalance, refine_point, carry_over
 
 contains
 
@@ -194,4 +196,18 @@ contains
       if (found) call move_to(problem, state, point)
       found = found .and. point%system%ok
    end subroutine stay_in_place
+
+   !> Transfers a state and a displacement direction to another mesh. Forces of contacts that exist on both meshes are transferred,
+   !> too.
+   subroutine carry_over(problem, next, state, direction)
+      type(problem_t), intent(in) :: problem, next  !! problems of the same deck
+      type(state_t), intent(inout) :: state         !! in: state of `problem`, in equilibrium; out: state of `next`
+      real(wp), allocatable, intent(inout) :: direction(:, :) !! (3, nodes) displacement direction; out: at the nodes of `next`
+      type(state_t) :: there
+      there = carried(problem, state, next)
+      call assign_segments(next, there, carried=.true.)
+      call carry_forces(problem, state, next, there)
+      direction = carried_field(problem, state, direction, next, there)
+      state = there
+   end subroutine carry_over
 end module mesh_transfer

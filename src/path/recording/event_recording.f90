@@ -13,20 +13,18 @@ module event_recording
    use force_free_contact, only: remove_force_free_lines, free_rotations, line_opening
    use path_control, only: path_length
    use path_point, only: path_point_t
-   use path_state, only: path_state_t, keep_critical_point, append_recent_part
+   use path_state, only: path_state_t, keep_critical_point, append_recent_part, located_event_t
    use branch_closure, only: on_parent_path, check_closure
    use contact_labels, only: contact_gained
    use path_events, only: event_t, event_stop, event_bifurcation, event_release, event_limit
-   use located_events, only: located_event_t
-   use spurious_events, only: same_place
+   use event_search, only: same_place
    use path_outcome, only: outcome_t
    use point_recording, only: record
    use error_bar, only: error_bars_t
    use error_report, only: note_error, tolerance_at
    use mesh_request, only: motion_sizes
    use remeshing, only: sizes_there
-   use path_record, only: recorder_t, critical_t
-   use run_accuracy, only: place_t
+   use path_record, only: recorder_t, critical_t, place_t
    use timing, only: count_up, counter_located
    implicit none
    private

@@ -1,6 +1,6 @@
 !> Acceptance of a converged increment: its events are located and recorded, then the trial, which becomes the last accepted point.
 !>
-!>   find_events (event_search) -> duplicates, does a shorter increment resolve more? (spurious_events)
+!>   find_events (event_search) -> duplicates, does a shorter increment resolve more? (better_from_nearer)
 !>   -> check of each event, error bars, mesh request (settle_events) -> the same for the trial (settle_trial)
 !>   -> events in their order (record_events) -> the trial (record_trial), its labels (announce_contact) -> path state (arrive)
 module path_acceptance
@@ -16,9 +16,8 @@ module path_acceptance
    use contact_labels, only: contact_words
    use path_events, only: event_stop, event_bifurcation
    use branch_closure, only: check_closure
-   use event_search, only: findings_t, find_events
-   use spurious_events, only: better_from_nearer, hides_release, turns_by_rounding, check_limit_shift, check_single_path, &
-      & duplicates_of, beside, count_before, same_place
+   use event_search, only: findings_t, find_events, better_from_nearer, hides_release, turns_by_rounding, check_limit_shift, &
+      & check_single_path, duplicates_of, beside, count_before, same_place
    use ordering, only: ascending
    use event_recording, only: record_event, announce, new_critical, go_to
    use path_outcome, only: outcome_t, note_bracketed
@@ -27,8 +26,7 @@ module path_acceptance
    use error_report, only: bars_at_event, bars_at_point, note_error, tolerance_at
    use corner_limit, only: report_turned_load
    use remeshing, only: request_mesh_at_event, request_finer_mesh, request_coarser_mesh, sizes_there
-   use path_record, only: recorder_t
-   use run_accuracy, only: place_t
+   use path_record, only: recorder_t, place_t
    implicit none
    private
    public :: arrival_t, accept

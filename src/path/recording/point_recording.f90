@@ -17,8 +17,7 @@ module point_recording
    use span_regions, only: assign_place_bars, find_span_regions
    use error_bar, only: error_bars_t
    use error_report, only: note_load
-   use path_record, only: recorder_t, point_t
-   use run_accuracy, only: place_t
+   use path_record, only: recorder_t, point_t, place_t
    use timing, only: count_up, count_largest, counter_points, counter_largest
    use contact_labels, only: contact_gained, contact_lost
    use obstacle_pose, only: pose_t

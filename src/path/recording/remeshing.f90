@@ -7,9 +7,8 @@ module remeshing
    use force_free_contact, only: remove_force_free_lines
    use ground_cuts, only: find_cuts, marked
    use trial_request, only: request_t
-   use path_state, only: path_state_t, rest_of_mesh
+   use path_state, only: path_state_t, rest_of_mesh, located_event_t
    use path_events, only: event_release
-   use located_events, only: located_event_t
    use path_outcome, only: outcome_t
    use error_bar, only: error_bars_t
    use mesh_request, only: most_meshes, request_mesh, coarser_mesh, motion_sizes, value_sizes

@@ -27,8 +27,7 @@ module error_report
    use mesh_request, only: excess
    use node_contact_functional, only: is_stop
    use error_text, only: bar_text
-   use run_accuracy, only: accuracy_t, place_t, note_worst, check_error_bar
-   use path_record, only: buckling_t, limit_point_t
+   use path_record, only: buckling_t, limit_point_t, accuracy_t, place_t, note_worst, check_error_bar
    use columns, only: brief, scientific
    use timing, only: timing_start, timing_stop, phase_accuracy
    implicit none

@@ -2,7 +2,7 @@
 module path_outcome
    use kinds, only: wp
    use text, only: to_text, add_clause
-   use run_accuracy, only: accuracy_t
+   use path_record, only: accuracy_t
    use run_end, only: reason_to_end
    implicit none
    private

@@ -1,8 +1,9 @@
-!> State of a run along a path: the last accepted point, and the history on which later increments depend.
+!> State of a run along a path: the last accepted point, and the history on which later increments depend. An event located inside
+!> an increment is kept with its state (located_event_t).
 module path_state
    use kinds, only: wp
    use archive, only: archive_t
-   use model, only: method_load, method_displacement
+   use model, only: method_load, method_displacement, step_t
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
    use state_transfer, only: carried_field
@@ -16,11 +17,14 @@ module path_state
    use path_continuity, only: path_tangent_t, path_tangent_at, chord_between, goes_back, stands_still
    use path_record, only: region_t
    use path_point, only: path_point_t
+   use linear_system, only: system_t
+   use path_events, only: event_t
+   use corrector, only: increment_t
    implicit none
    private
-   public :: path_state_t, recent_path_t, slopes_t, onset_t, since_change_t, point_on_mesh_t, mesh_history_t, arrived_t
-   public :: copy_path_state
-   public :: path_tangent_of, keep_critical_point, append_recent_part, turned_back, forget_mesh, rest_of_mesh, small_load
+   public :: path_state_t, recent_path_t, slopes_t, onset_t, since_change_t, point_on_mesh_t, mesh_history_t, arrived_t, &
+      & copy_path_state, path_tangent_of, keep_critical_point, append_recent_part, turned_back, forget_mesh, rest_of_mesh, &
+      & small_load, located_event_t, note_balance
 
    integer, parameter :: rest_of_mesh = 10 !! number of accepted points after a refinement during which no coarser mesh is tried
 
@@ -117,6 +121,19 @@ module path_state
       !! path
       type(archive_t), pointer :: frame => null() !! frame of the checkpoints of the present path (see module checkpoint)
    end type path_state_t
+
+   !> An event inside an increment, before and after it is located.
+   type :: located_event_t
+      type(event_t) :: event
+      type(path_point_t) :: point              !! located point, or the nearest one found
+      type(increment_t) :: report !! report of the correction to the point, or of the residual of an interpolated state
+      real(wp) :: fraction = 1.0_wp            !! position of the event between the last accepted point and the trial, 0 to 1
+      type(error_bars_t), allocatable :: bars  !! error bars of the event; not allocated: the deck requests none
+      logical :: located = .false.               !! true: the event was located; false: it is only bracketed
+      real(wp) :: tangent_turn = 0.0_wp !! bifurcation: change of the path tangent caused by a unit force on the null vector, at the
+      !! points between which the bifurcation is interpolated
+      logical :: later = .false. !! bifurcation: true: it lies behind the trial, whose vanishing pivots have the signs of rounding
+   end type located_event_t
 
 contains
 
@@ -242,4 +259,15 @@ contains
       type(path_state_t), intent(in) :: run
       step = 1.0e-4_wp * max(abs(run%last_load), 1.0e-3_wp * abs(run%last%state%load_factor))
    end function small_load
+
+   !> Computes the residual of a state that was interpolated, not iterated. `balanced` is true if the residual is within tolerance
+   !> or rounding.
+   pure subroutine note_balance(step, system, report, balanced)
+      type(step_t), intent(in) :: step
+      type(system_t), intent(in) :: system      !! assembled at the interpolated state
+      type(increment_t), intent(inout) :: report
+      logical, intent(out) :: balanced !! true: the residual is within tolerance or rounding
+      report%residual = max(system%force_residual, system%defect_residual)
+      balanced = report%residual <= max(step%tolerance, system%round_off)
+   end subroutine note_balance
 end module path_state
