@@ -78,6 +78,8 @@ contains
       if (path_length(next%problem, here, ahead) <= 0.0_wp) here = carried(problem, run%last%state, next%problem)
       next%tangent = path_tangent_at(next%problem, next%system, displacement_between(next%problem, here, ahead), &
          & ahead%load_factor - here%load_factor)
+      ! Numbers of contacts found at nodes are not those of the present ones.
+      next%problem%contact_span%number = 0
       call label_and_number(problem, run%last%state, 1.0_wp / minval(nodes%element_last - nodes%element_first + 1), &
          & run%spans_begun, present_contact_spans(next%problem, next%state), next)
    end subroutine find_set_at_nodes

@@ -1,8 +1,8 @@
 !> Differences between two contact sets: the label of the change, and the numbers of the contact spans that continue.
 !>
 !> Contacts are compared along strips, where a line contact that passes a segment boundary is one contact. Of two contacts with one
-!> obstacle, before and behind the change, the second continues the first if they overlap or are near. A node clamped on an
-!> obstacle, without contact beside it, is no contact.
+!> obstacle, before and behind the change, the second continues the first if they overlap or are near, or if an edit has left the
+!> contact its number, however far it has moved since. A node clamped on an obstacle, without contact beside it, is no contact.
 module set_differences
    use kinds, only: wp
    use problem, only: problem_t
@@ -30,14 +30,16 @@ contains
       type(contact_span_t), intent(in) :: now(:)   !! contact spans of the next set, with their ends at the change
       type(other_set_t), intent(inout) :: next     !! receives the label; its contact spans get their numbers
       type(strip_t), allocatable :: strip(:)
-      type(contact_span_t), allocatable :: before(:)
+      type(contact_span_t), allocatable :: before(:), after(:)
       logical, allocatable :: same(:, :)
       integer :: gained, split, lost
       strip = find_strips(problem%layout)
       before = present_contact_spans(problem, state)
-      call number_spans(problem%contact_span, continued(strip, near, placed(strip, before), placed(strip, now)), last, &
-         & next%problem%contact_span)
-      same = continued(strip, near, contacts(strip, problem, state, before), contacts(strip, next%problem, next%state, now))
+      same = continued(strip, near, placed(strip, before), placed(strip, now)) .or. same_number(before, now)
+      call number_spans(problem%contact_span, same, last, next%problem%contact_span)
+      before = contacts(strip, problem, state, before)
+      after = contacts(strip, next%problem, next%state, now)
+      same = continued(strip, near, before, after) .or. same_number(before, after)
       gained = count(.not. any(same, 1)) + sum(max(count(same, 1) - 1, 0))
       split = sum(max(count(same, 2) - 1, 0))
       lost = count(.not. any(same, 2)) + split
@@ -119,6 +121,16 @@ contains
          same_contact_and_strip = one%contact == other%contact .and. one%rod_segment == other%rod_segment
       end function same_contact_and_strip
    end function continued
+
+   !> (before, now) true: the contacts have the same number, which an edit leaves to a contact that goes on.
+   pure function same_number(before, now) result(same)
+      type(contact_span_t), intent(in) :: before(:), now(:)
+      logical :: same(size(before), size(now))
+      integer :: k
+      do k = 1, size(now)
+         same(:, k) = before%number == now(k)%number .and. now(k)%number > 0
+      end do
+   end function same_number
 
    !> Continuing contact spans keep their numbers; of several that continue one span the first on the same rod segment does. All
    !> others are new.
