@@ -7,12 +7,16 @@ module continuing_with_set
    use problem, only: problem_t, copy_problem
    use test_kinds, only: span_test_t, any_fails, test_length, test_pressure
    use other_set, only: other_set_t, copy_other_set, go_to_load
-   use contact_trials, only: try_sets
+   use contact_trials, only: try_sets, same_kind
    use set_at_nodes, only: find_set_at_nodes
    use step_off, only: tangent_along
    use entering_contact_set, only: go_to_next, replace_set, passes_value
    use span_tests, only: run_span_tests
    use path_continuity, only: relate, same_path
+   use path_control, only: displacement_between, metric
+   use state_transfer, only: carry_to
+   use contact_labels, only: is_contact_label
+   use rod_state, only: state_t
    use mesh_transfer, only: transfer_and_solve
    use trial_request, only: request_t
    use path_state, only: path_state_t, copy_path_state
@@ -42,10 +46,12 @@ contains
       logical :: passes
       finished = .false.
       call try_sets(problem, step, run, run%last, first, next, changed)
+      if (changed) changed = .not. lies_behind_change(run, next)
       if (changed) then
          call begin_set(problem, step, run, first, next, recorder, finished, outcome)
       else
          call find_set_at_nodes(problem, run, reach, next, changed)
+         if (changed) changed = .not. lies_behind_change(run, next)
          if (.not. changed) return
          ! A value that the deck asks for has no equilibrium with a set that is valid only behind it.
          call come_before_values(problem, step, run, .false., next, passes)
@@ -55,6 +61,27 @@ contains
       end if
       if (.not. (finished .or. allocated(outcome%why))) call check_return(problem, step, run, outcome)
    end subroutine find_other_set
+
+   !> True if the set is that before the last contact change, and its equilibrium lies behind this change: the path has passed it
+   !> already, because the equilibria of one set form one curve through the change.
+   logical function lies_behind_change(run, next) result(behind)
+      type(path_state_t), intent(in) :: run
+      type(other_set_t), intent(in) :: next
+      type(state_t) :: there
+      integer :: j
+      behind = .false.
+      do j = size(run%critical_points%list), 1, -1
+         associate (change => run%critical_points%list(j))
+            if (.not. (change%label == '' .or. is_contact_label(change%label))) cycle
+            behind = same_kind(change%problem, next%problem)
+            if (.not. behind) return
+            there%geometry = change%state%geometry
+            call carry_to(next%problem, next%state, change%problem, there)
+            behind = metric(change%problem, change%direction, displacement_between(change%problem, change%state, there)) < 0.0_wp
+            return
+         end associate
+      end do
+   end function lies_behind_change
 
    !> Continues from the run's point, a recorded change of contact, with the set that trials found there. The path goes on from an
    !> equilibrium of this set from which increments can be made; this equilibrium is not recorded, and it is moved nearer if a value

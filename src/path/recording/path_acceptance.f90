@@ -87,7 +87,11 @@ contains
       call record_trial()
       if (allocated(outcome%why)) return
       call announce_missed()
-      if (arrival%label /= '') call announce_contact()
+      if (arrival%label /= '') then
+         call announce_contact()
+      else if (arrival%changes) then
+         call keep_change()
+      end if
       if (finished) call announce(problem, run, new_critical('EP', 'end of the step', findings%bars), trial, .true., &
          & recorder, outcome)
       if (allocated(outcome%why)) return
@@ -255,9 +259,14 @@ contains
          from = run%last%state%load_factor
          if (allocated(arrival%since)) from = arrival%since
          if (arrival%bracketed) call note_bracketed(outcome, note, from, trial%state%load_factor)
+         call keep_change()
+      end subroutine announce_contact
+
+      !> Stores the contact change for the checks whether the path comes back to it; no branch starts from it.
+      subroutine keep_change()
          call keep_critical_point(problem, run, arrival%label, trial%state, trial%state, 1.0_wp, run%arc_length + &
             & path_length(problem, run%last%state, trial%state), trial%test_values%negative_pivots, 0)
-      end subroutine announce_contact
+      end subroutine keep_change
 
       !> Makes the trial the last point of the run. Bifurcations behind the trial do not count in its number of negative pivots.
       subroutine arrive()

@@ -21,7 +21,7 @@ module critical_points
 
    !> A critical point, with the data that branch switching and the closure check need.
    type :: critical_point_t
-      character(2) :: label = ''
+      character(2) :: label = ''                 !! '': a contact change without label
       type(problem_t) :: problem                 !! problem with the mesh on which the point was found
       type(state_t) :: state
       integer :: point = 0                       !! number of the point's row in the results of its path, from 1

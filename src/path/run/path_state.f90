@@ -193,11 +193,15 @@ contains
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
+      real(wp) :: rise
       integer :: k
-      turned_back = .false.
-      if (.not. allocated(run%trail)) return
-      ! If only the load changes, the displacements of the path tangent are rounding and cannot be compared.
-      if (stands_still(trial%tangent, trial%state%load_factor - run%last%state%load_factor)) return
+      ! If only the load changes, the displacements of the path tangent are rounding and cannot be compared. The path then goes back
+      ! if the load does: a load that turns hardly changes.
+      rise = trial%state%load_factor - run%last%state%load_factor
+      turned_back = stands_still(trial%tangent, rise)
+      if (turned_back) turned_back = rise * run%last%tangent%load < 0.0_wp
+      if (turned_back .or. .not. allocated(run%trail)) return
+      if (stands_still(trial%tangent, rise)) return
       do k = 1, size(run%trail)
          if (turned_back) return
          associate (way => run%trail(k))
@@ -211,7 +215,7 @@ contains
       & released, corner, opens, way)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
-      character(*), intent(in) :: label !! LP, BP, C+ or C-
+      character(*), intent(in) :: label !! LP, BP, C+ or C-; '': a contact change without label
       type(state_t), intent(in) :: state
       type(state_t), intent(in) :: trial         !! state of the next accepted point or trial behind the critical point
       real(wp), intent(in) :: part               !! position of `state` between the last accepted point and `trial`, 0 to 1
