@@ -168,3 +168,42 @@ def test_span_that_closes_behind_a_limit_point(largest):
     limits = [c.load_factor for c in run.labelled("LP")]
     assert limits
     dr.assert_close(limits[0], 2.0559896, relative=1e-6)
+
+
+PIPE_OVER_A_HOLLOW = """*HEADING
+Pipe that its weight lays on a seabed with one shallow hollow
+*NODE
+1, 0, 0.01
+2, 50, 0.01
+*LINE, ELSET=B, NSET=B
+1, 2
+*BEAM SECTION, ELSET=B, SECTION=STIFFNESS
+12187.164538239533, 1.0, , 1, 1e-5
+*BOUNDARY
+1, ENCASTRE
+2, 1
+2, 2
+*OBSTACLE, NAME=SEABED, TYPE=SPLINE
+{seabed}
+*CONTACT, OBSTACLE=SEABED, NSET=B, GAP=0
+*STEP
+*ACCURACY, TOLERANCE={tolerance}
+*STATIC
+0.02, , 0.04
+*DLOAD
+B, PY, -0.9450491526237583
+*STOP
+LOAD, ABOVE, 1E-4
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("tolerance", ["1E-6", "1E-7"])
+def test_a_touch_is_one_event(tolerance):
+    """Between the clamp and the hollow a point begins at 4.9005E-5. No set was found for the touch at first; when one was, it was told
+    again as gained."""
+    at = [-5.0 + k for k in range(61)]
+    seabed = "\n".join(f"{x!r}, {-0.005482156632217488 * math.exp(-((x - 17.21747393711989) / 2.4348960085426734)**2)!r}" for x in at)
+    run = dr.run_deck(PIPE_OVER_A_HOLLOW.format(seabed=seabed, tolerance=tolerance))
+    assert [c.label for c in run.results.critical] == ["C+", "C-", "C+", "C+", "EP"]
+    assert run.results.contact.count[-1] == 4

@@ -48,6 +48,7 @@ contains
       call try_sets(problem, step, run, run%last, first, next, changed)
       if (changed) changed = .not. lies_behind_change(run, next)
       if (changed) then
+         call leave_recorded(problem, run, first)
          call begin_set(problem, step, run, first, next, recorder, finished, outcome)
       else
          call find_set_at_nodes(problem, run, reach, next, changed)
@@ -57,10 +58,28 @@ contains
          call come_before_values(problem, step, run, .false., next, passes)
          changed = .not. passes
          if (passes) return
+         call leave_recorded(problem, run, next)
          call go_to_next(problem, step, run, next, recorder, finished, outcome)
       end if
       if (.not. (finished .or. allocated(outcome%why))) call check_return(problem, step, run, outcome)
    end subroutine find_other_set
+
+   !> Takes a contact that the last point has recorded out of the label of the next set: a change is recorded where it is located,
+   !> also if no set is found there until increments fail.
+   subroutine leave_recorded(problem, run, next)
+      type(problem_t), intent(in) :: problem     !! with the present set
+      type(path_state_t), intent(in) :: run
+      type(other_set_t), intent(inout) :: next   !! labelled by its differences from the present set
+      integer :: n
+      n = size(run%critical_points%list)
+      if (n == 0) return
+      associate (change => run%critical_points%list(n))
+         if (change%label /= next%label .or. next%label == '' .or. change%point /= run%points) return
+         if (.not. same_kind(change%problem, problem)) return
+         next%times = next%times - 1
+         if (next%times == 0) next%label = '  '
+      end associate
+   end subroutine leave_recorded
 
    !> True if the set is that before the last contact change, and its equilibrium lies behind this change: the path has passed it
    !> already, because the equilibria of one set form one curve through the change.
