@@ -26,9 +26,10 @@ module missed_modes
 
 contains
 
-   !> Number of unstable directions of the enriched problem minus that of the original problem. If these are equal, it is the number
-   !> of unstable directions inside elements (hidden_directions) or, if there are none, the difference for the reduced problem
-   !> (released_difference). A difference that is uncertain, because an eigenvalue is close to zero, counts as 0.
+   !> Number of unstable directions that the pivots of a state do not show: those of the enriched problem minus those of the
+   !> original one. If both have the same number, those inside elements (hidden_directions) are returned; if there are none either,
+   !> those which appear if force-free line contacts are released (released_difference). A difference that is uncertain, because an
+   !> eigenvalue is close to zero, counts as 0.
    integer function unstable_difference(problem, state, system, path, point, allowed) result(difference)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -212,7 +212,7 @@ contains
          & problem%beside(:, problem%candidates%node(c))))%length
    end function lifts_negligibly
 
-   !> True if the couple at the node where both a line contact and the rod end lifts only a negligible length or height.
+   !> True if a couple on the node at which a line contact ends together with its rod lifts only a negligible length or height.
    logical function end_stays_in_contact(problem, state, c)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

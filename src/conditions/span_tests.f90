@@ -21,8 +21,9 @@ module span_tests
    type :: free_span_t
       integer :: rod_segment = 0
       integer :: element(2) = 0             !! first and last element
-      integer :: contact_span(2) = 0 !! contact spans before and after the free span, indices into problem%contact_span; 0: none. At
-      !! a segment boundary a contact span of the next segment counts if there is a contact span of this segment at the other end
+      integer :: contact_span(2) = 0 !! contact spans before and after the free span, indices into problem%contact_span; 0: none.
+      !! Where the free span ends at a segment boundary, this is the contact span that begins there in the next segment; but a free
+      !! span that fills its whole segment has none
       integer :: contact(2) = 0             !! contacts to which these contact spans belong, indices into model%contact; 0: none
    end type free_span_t
 

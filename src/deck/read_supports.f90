@@ -179,7 +179,8 @@ contains
          if (member%radius <= 0.0_wp) call deck%wrong('second node', 'a member between nodes at one place has no direction')
       end subroutine place_member
 
-      !> Reads a data line: node or set, clearance (*GAP), second node. The second node is a part of the structure, as for springs.
+      !> Reads a data line: node or set, clearance (*GAP), second node. The card connects the second node to the
+      !> structure, as a spring does: it may be a node without elements.
       subroutine read_nodes()
          type(contact_t) :: contact
          character(:), allocatable :: problem

@@ -141,8 +141,8 @@ contains
       end function beside_touchdown
    end subroutine thin
 
-   !> Computes the boundary layer lengths, over which foundations bend the rod, on both sides of each interface point. The stiffness
-   !> is that of the law's segments half way to the neighbouring points.
+   !> Computes the boundary layer lengths, over which foundations bend the rod, on both sides of each interface point. On
+   !> each side the force law has the slope that it has at the middle between this interface point and the next one along the rod.
    subroutine add_layers(problem, state, cut)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -162,8 +162,8 @@ contains
    function parted_nodes(model) result(node)
       type(model_t), intent(in) :: model       !! model whose nodes have been moved to their curves
       integer, allocatable :: node(:)
-      real(wp), parameter :: apart = 1.0e-3_wp ! accepted distance over the offset: curves that meet almost smoothly differ in
-      ! direction
+      real(wp), parameter :: apart = 1.0e-3_wp ! accepted distance over the offset: the two curves move a common node along their
+      ! own normals, whose directions differ by up to this angle where the curves count as smoothly joined
       real(wp), parameter :: rounding = 1.0e-9_wp
       real(wp), dimension(model%mesh%n_nodes) :: distance, offset
       real(wp) :: x(2), angle, speed, w, dw

@@ -46,8 +46,8 @@ contains
       allocate (at(problem%candidates%n))
       call misfit(problem, state, at, moment)
       worst = max(worst, moment / (problem%size * max(system%force_scale, tiny(worst))))
-      ! The tangent has a hinge instead of a clamp beside a free span in neutral equilibrium. If touchdown points are prescribed,
-      ! this hinge may rotate; otherwise it rotates by the mesh error only.
+      ! Beside a free span in neutral equilibrium the tangent has a hinge instead of a clamp. The rotation of this hinge is an
+      ! error: it may be as large as that of the mesh. (If touchdown points are prescribed, it is none.)
       if (size(problem%hinge) > 0 .and. .not. any(problem%candidates%held)) worst = max(worst, problem%model%step(problem%step)% &
          & tolerance * maxval(abs(state%u(3, problem%hinge))) / max(coarsest * maxval(abs(state%u(3, :))), tiny(worst)))
    end function constraint_residual

@@ -144,8 +144,8 @@ contains
             newton%most = step%max_iterations
             newton%at_length = constraint_tolerance(step)
          end associate
-         ! While nodes move along the rod, the arc length is uncertain. Its exact value has no importance, nor has that of the
-         ! relative curvature.
+         ! While nodes move along the rod, corrections change the arc length. It is satisfied to a wide tolerance only, because its
+         ! exact value has no importance; a prescribed relative curvature likewise.
          if ((problem%moves_nodes() .and. is_arc_length(given%method) .and. .not. given%whole > 0.0_wp) .or. given%flat > 0) &
             & newton%at_length = large_correction
          newton%origin = start

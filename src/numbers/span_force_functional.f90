@@ -151,8 +151,7 @@ contains
       end associate
    end subroutine set_own_part
 
-   !> Displacement of a contact node, in node axes, without rotation. Its work with a force on the node is the contribution of this
-   !> force to the sum.
+   !> Weights of the force on a contact node in the sum, in node axes: their product with this force is its contribution.
    function shift(problem, state, system, component, c) result(along)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -151,7 +151,8 @@ contains
          arm = all_points(:, n - 1:n - m + 1:-1) - spread(all_points(:, n), 2, m - 1)
          arm = arm - 2.0_wp * spread(t, 2, m - 1) * spread(matmul(t, arm), 1, 2)
          all_points = reshape([all_points, spread(all_points(:, n), 2, m - 1) + arm], [2, n + m - 1])
-         ! The image ends in the direction of the original's beginning, mirrored and reversed.
+         ! Directions at the two ends of the image: it begins where the former one ends; at its end is the beginning of the former
+         ! one, with the direction mirrored at that tangent and reversed.
          angle = [angle(2), 2.0_wp * angle(2) - angle(1)]
          n = size(all_points, 2)
          closed = all(at) .and. norm2(all_points(:, n) - point(:, 1)) <= same * norm2(all_points(:, n) - all_points(:, n / 2)) &

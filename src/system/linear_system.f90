@@ -1,7 +1,7 @@
 !> Equilibrium equations at a state, assembled with the present contact set.
 !>
-!> This module re-exports the modules of its parts: system_type has the data, node_axes the axes of the unknowns,
-!> eliminated_unknowns the constraints, contact_terms and joint_stiffness their terms, terms. Computed here are the residual of the
+!> This module re-exports procedures of its parts: system_type has the data, node_axes the axes of the unknowns, eliminated_unknowns
+!> the constraints, contact_terms and joint_stiffness the terms of contacts and joints. Computed here are the residual of the
 !> equations, with the part of it that may be rounding, and the linear maps of inextensible elements, with which axial_rigidity
 !> corrects solutions (set_rigidity).
 module linear_system

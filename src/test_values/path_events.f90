@@ -313,7 +313,7 @@ contains
          value = test_values%load_rate
          if (event%law%candidate > 0) value = beyond_corner(problem, state, event%law) / problem%size
       case (event_bifurcation)
-         ! For a bifurcation only the sign is known here; event_location computes the eigenvalue.
+         ! For a bifurcation only the sign is known here; smooth_zero computes the eigenvalue.
          value = merge(-1.0_wp, 1.0_wp, event%number <= test_values%negative_pivots)
       case (event_release)
          value = merge(-1.0_wp, 1.0_wp, event%number <= test_values%opening)

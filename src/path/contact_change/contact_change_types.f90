@@ -1,4 +1,5 @@
-!> Data of a contact change: the examined increment with its tests, and the kind, place and next contact set of the change.
+!> Data of a contact change: the examined increment with its tests; the kind and place of the change and the tests that are zero
+!> there.
 module contact_change_types
    use kinds, only: wp
    use problem, only: problem_t

@@ -5,6 +5,8 @@
 !>   close_spans     the set without free spans that vanish there, at its onset (closing_spans, set_onset)
 !>   try_sets        otherwise the first neighbour of the set that all tests accept (contact_trials); which neighbours are tried
 !>                   for which test, and in which order, is the table in neighbours
+!>   find_vanished   where a length vanishes at a node that a load pulls or at a support: the exact place (vanished_length)
+!>   other_ways      other sets with which the path may go on, if several contacts change at once (contact_ways)
 !>   record_change   the point, labelled as contact gained, lost or neither
 !>   begin_located   the first equilibrium of the set, from which the path continues (continuing_with_set, entering_contact_set)
 module span_changes
@@ -296,7 +298,7 @@ contains
          run%control%increment = increment
          if (asked) return
       end if
-      ! Two changes at the same point: the point is recorded already, and the spreading contact is found by the next correction.
+      ! Of two changes at the same point the first has recorded the point already; a change without label needs no other record.
       if (.not. (change%where == place_here .and. change%label == '  ')) then
          arrival%report = change%report
          arrival%can_cut = .not. interval%stuck

@@ -38,8 +38,8 @@ module contact_trials
    real(wp), parameter :: longest = 0.25_wp       !! longest new contact or free span / shortest rod segment, or length of the strip
    real(wp), parameter :: growth = 5.0_wp         !! factor between the lengths of a new span that are tried to leave its change
 
-   integer, parameter :: most_edits = 2           !! edits by which a set differs from the present one: both neighbours of a
-   !! vanishing span may change
+   integer, parameter :: most_edits = 2           !! edits by which a set differs from the present one: what one edit changes may
+   !! end or begin a contact beside it at once
    integer, parameter :: most_failed = 8          !! sets whose neighbours are tried, too: those of the likeliest edits
 
 contains

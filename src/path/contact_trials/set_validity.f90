@@ -4,13 +4,13 @@
 !>   is_near             its equilibrium is near the run's point                                  every set
 !>   on_path             within reach of the last increment, or in the path's direction           where no change is located
 !>   goes_on_smoothly    ahead, and no eigenvalue has changed its sign                             new lengths at a located change
-!>   gaps_are_open       free spans are open by more than rounding                                 sets with a new free span
+!>   gaps_are_open       free spans are open, new ones by more than rounding                       sets with a prescribed length
 !>   complement_grows    a contact that began is pressed, a gap that opened grows                  gap or force of a point is zero
 !>
 !> The path is smooth where a new contact or free span begins with zero length, so such a set continues in the sense in which the
 !> path arrives at the run's point, and its tests decide at its own equilibrium, because the change is behind it. Where a contact
-!> force or a gap vanishes the path has a kink, and both senses are tried: in the wrong one the tests fail. The distance of the step
-!> grows as long as the failing tests rise, because on another mesh a set may become valid a little later.
+!> force, a gap, a couple or a free span vanishes the path has a kink, and both senses are tried: in the wrong one the tests fail.
+!> The distance of the step grows as long as the failing tests rise, because on another mesh a set may become valid a little later.
 module set_validity
    use kinds, only: wp
    use model, only: step_t
@@ -41,9 +41,10 @@ module set_validity
    !! the tests decide whether a set is valid
    real(wp), parameter :: farthest = 0.2_wp  !! largest relative change of the load factor from the run's point to another set
 
-   real(wp), parameter :: beyond_zero = 1.1_wp    !! distance that is tried / distance at which the tests are zero by extrapolation:
-   !! a tenth farther they are positive
-   real(wp), parameter :: like_increment = 0.9_wp !! part of an increment from which another whole one converges
+   real(wp), parameter :: beyond_zero = 1.1_wp    !! distance of the next step / distance at which the tests are zero by
+   !! extrapolation: a tenth beyond it they are positive
+   real(wp), parameter :: like_increment = 0.9_wp !! way from a change to an equilibrium / way to the end of the increment on which
+   !! the change was located: from there increments of the same length converge
 
 contains
 

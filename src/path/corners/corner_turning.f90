@@ -161,7 +161,8 @@ contains
          if (found) exit
          call take_value(bracket, fraction, after(first))
       end do
-      ! The corner is valid only if no other gap or reaction has changed its sign before it, and no contact along the rods.
+      ! The corner is valid only if no other gap or reaction has changed its sign before it, and if all contacts along the rods pass
+      ! their tests.
       if (found) found = all(after >= -1.0e-6_wp .or. before < 0.0_wp)
       if (found .and. problem%has_spans()) found = spans_hold(problem, place%state, place%system%force_scale)
       if (.not. found) return

@@ -339,7 +339,8 @@ contains
       one_sided = run%last%test_values%load_rate * trial%test_values%load_rate < 0.0_wp .and. &
          & all(run%last%state%active .eqv. trial%state%active) .and. &
          & modulo(trial%test_values%negative_pivots - run%last%test_values%negative_pivots, 2) == 0
-      ! If bifurcations were located at the same position as the limit point, these explain the further eigenvalues.
+      ! No eigenvalue went undetected if the path meets another one at a located event, or if a bifurcation was located at the same
+      ! position as the limit point.
       do i = 1, size(seen)
          one_sided = one_sided .and. .not. (seen(i)%event%meets .and. seen(i)%located)
          if (seen(i)%event%kind == event_limit .and. seen(i)%located) one_sided = one_sided .and. .not. any( &

@@ -137,7 +137,7 @@ contains
       carried = state
       carried%geometry = new_geometry(to%model)
       if (to%moves_nodes()) then
-         ! On the same mesh nodes are the same material points.
+         ! The nodes are moved along the rod to the same material points as in the former state.
          do node = 1, to%model%mesh%n_nodes
             e = from%beside(1, node)
             shifts(node) = 0.0_wp

@@ -19,8 +19,9 @@ module other_set
    private
    public :: other_set_t, copy_other_set, new_other_set, release_held_twice, find_equilibrium, go_to_load, tests_of, passes_tests
 
-   !> Point of the path with another contact set, found before the run accepts this set. Its tangent is the path tangent with
-   !> which the present set arrives at the point; it is not known at the start of a step, where nothing has been displaced yet.
+   !> Point of the path with another contact set, found before the run accepts this set. Its tangent is the set's own path tangent,
+   !> in the direction in which the path continues; it is not allocated at the start of a step, where nothing has been displaced
+   !> yet.
    type, extends(path_point_t) :: other_set_t
       type(problem_t) :: problem
       type(increment_t) :: report = increment_t(converged=.true.)

@@ -12,6 +12,7 @@ module set_differences
    use span_candidates, only: present_contact_spans
    use breakpoint_forces, only: is_supported
    use other_set, only: other_set_t
+   use contact_labels, only: contact_label, contact_lost
    implicit none
    private
    public :: label_and_number
@@ -43,11 +44,9 @@ contains
       gained = count(.not. any(same, 1)) + sum(max(count(same, 1) - 1, 0))
       split = sum(max(count(same, 2) - 1, 0))
       lost = count(.not. any(same, 2)) + split
-      next%label = '  '
-      if (gained > 0) next%label = 'C+'
-      if (lost > gained) next%label = 'C-'
+      next%label = contact_label(gained, lost)
       next%times = max(gained, lost)
-      next%divides = next%label == 'C-' .and. lost == split
+      next%divides = next%label == contact_lost .and. lost == split
    end subroutine label_and_number
 
    !> Contact spans in coordinates along the strips.

@@ -130,8 +130,8 @@ module path_state
       real(wp) :: fraction = 1.0_wp            !! position of the event between the last accepted point and the trial, 0 to 1
       type(error_bars_t), allocatable :: bars  !! error bars of the event; not allocated: the deck requests none
       logical :: located = .false.               !! true: the event was located; false: it is only bracketed
-      real(wp) :: tangent_turn = 0.0_wp !! bifurcation: change of the path tangent caused by a unit force on the null vector, at the
-      !! points between which the bifurcation is interpolated
+      real(wp) :: tangent_turn = 0.0_wp !! bifurcation: a unit force along the null vector turns the path tangent by this much
+      !! between the two points that enclose the bifurcation; a small imperfection makes it a smooth turn of the path
       logical :: later = .false. !! bifurcation: true: it lies behind the trial, whose vanishing pivots have the signs of rounding
    end type located_event_t
 
