@@ -76,20 +76,22 @@ contains
       real(wp), intent(in) :: rounding        !! estimated rounding error of the number, >= 0
       real(wp), intent(in), optional :: size  !! reference size for numbers of this kind; absent: unknown
       type(error_bar_t) :: error
-      real(wp) :: factor
+      real(wp) :: factor, not_linear
       error%estimated = ieee_is_finite(correction) .and. ieee_is_finite(unseen) .and. ieee_is_finite(shares)
       if (.not. error%estimated) return
       error%correction = correction
-      error%bounded = abs(unseen) <= largest_unseen * shares + of_difference * rounding
+      ! The linear estimate is at most A, so D is at least |C| - A. A smaller one belongs to another zero of the enriched problem.
+      not_linear = max(abs(unseen), abs(correction) - shares)
+      error%bounded = not_linear <= largest_unseen * shares + of_difference * rounding
       factor = 0.0_wp
       if (.not. error%bounded) then
          factor = exceeded * at_least
-         if (present(size)) error%bounded = width(abs(correction), abs(unseen), shares) <= resolved * size
+         if (present(size)) error%bounded = width(abs(correction), not_linear, shares) <= resolved * size
          if (.not. error%bounded) factor = at_least
       end if
-      error%bar = width(abs(correction), abs(unseen), shares)
+      error%bar = width(abs(correction), not_linear, shares)
       ! Each of C, D and A contains rounding errors.
-      error%rounding = width(min(abs(correction), rounding), min(abs(unseen), of_difference * rounding), min(shares, rounding))
+      error%rounding = width(min(abs(correction), rounding), min(not_linear, of_difference * rounding), min(shares, rounding))
 
    contains
 

@@ -6,11 +6,13 @@
 !>   goes_on_smoothly    ahead, and no eigenvalue has changed its sign                             new lengths at a located change
 !>   gaps_are_open       free spans are open, new ones by more than rounding                       sets with a prescribed length
 !>   complement_grows    a contact that began is pressed, a gap that opened grows                  gap or force of a point is zero
+!>   contact_holds       contacts of nodes have the right sign                                     where no change is located
 !>
 !> The path is smooth where a new contact or free span begins with zero length, so such a set continues in the sense in which the
 !> path arrives at the run's point, and its tests decide at its own equilibrium, because the change is behind it. Where a contact
 !> force, a gap, a couple or a free span vanishes the path has a kink, and both senses are tried: in the wrong one the tests fail.
-!> The distance of the step grows as long as the failing tests rise, because on another mesh a set may become valid a little later.
+!> Where a gap closes in a stable structure the load goes on (the rate complementarity problem has one solution then). The distance
+!> of the step grows as long as the failing tests rise, because on another mesh a set may become valid a little later.
 module set_validity
    use kinds, only: wp
    use model, only: step_t
@@ -21,9 +23,11 @@ module set_validity
    use complement_growth, only: complement_grows
    use state_transfer, only: carried, carried_field
    use path_control, only: displacement_between, path_length
+   use converged_state, only: contact_holds
+   use path_continuity, only: path_tangent_t
    use path_state, only: path_state_t
    use step_control, only: largest_growth, least_part
-   use test_kinds, only: span_test_t, any_fails, test_slack, test_force, test_pressure, test_vanishing, test_couple
+   use test_kinds, only: span_test_t, any_fails, test_slack, test_gap, test_force, test_pressure, test_vanishing, test_couple
    use other_set, only: other_set_t, copy_other_set, tests_of
    use reachability, only: leads_to_next, within_reach
    use set_onset, only: find_onset
@@ -92,15 +96,12 @@ contains
          if (here%at_change .and. (decides .or. any(trial%edit == [edit_open, edit_end_off]))) then
             if (.not. goes_on_smoothly(here, set)) return
          end if
-         do sense = 1, merge(1, 2, decides .or. .not. here%kink)
-            if (sense == 2) then
-               set%tangent%u = -set%tangent%u
-               set%tangent%load = -set%tangent%load
-            end if
+         if (load_goes_on(here) .and. set%tangent%load * here%tangent%load < 0.0_wp) call reverse(set%tangent)
+         do sense = 1, merge(1, 2, decides .or. .not. here%kink .or. load_goes_on(here))
+            if (sense == 2) call reverse(set%tangent)
             trial%turns = sense == 2
             if (decides) call verify_at_equilibrium(here, trial)
-            if (.not. trial%valid) call verify_onward(here, decides, trial)
-            if (trial%valid) trial%valid = on_path(run, here, set)
+            if (.not. trial%valid) call verify_onward(run, here, decides, trial)
             if (trial%valid) exit
          end do
          if (trial%valid .and. .not. here%at_change) call begin_at_onset(step, run, here, trial)
@@ -121,7 +122,8 @@ contains
    end subroutine verify_at_equilibrium
 
    !> Makes a set valid if its tests hold a step along its path, and notes the tests that fail at the first step.
-   subroutine verify_onward(here, decides, trial)
+   subroutine verify_onward(run, here, decides, trial)
+      type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here
       logical, intent(in) :: decides              !! the tests decide at the equilibrium
       type(tried_set_t), intent(inout) :: trial   !! with its path tangent
@@ -144,7 +146,11 @@ contains
                if (decides) then
                   if (.not. gaps_are_open(here, trial, there, tests)) return
                end if
+               ! Where no change is located, a node of contact at nodes that pulls or penetrates may hold further along the path:
+               ! the next longer step is tried.
+               if (.not. (here%at_change .or. contact_holds(there%problem, there%state, there%system))) cycle
                trial%valid = complement_grows(here, trial, there)
+               if (trial%valid) trial%valid = on_path(run, here, there)
                if (.not. trial%valid) return
                there%tangent = tangent_along(there, set%tangent%u, set%tangent%load)
                trial%there = there%path_point_t
@@ -162,6 +168,20 @@ contains
          end do
       end associate
    end subroutine verify_onward
+
+   !> True if the load goes on as before behind the change: a gap closes in a structure that is stable with this contact open.
+   pure logical function load_goes_on(here)
+      type(change_place_t), intent(in) :: here
+      load_goes_on = here%at_change
+      if (load_goes_on) load_goes_on = here%zero(1)%kind == test_gap .and. here%system%negative_pivots == 0
+   end function load_goes_on
+
+   !> Reverses the sense of a path tangent.
+   pure subroutine reverse(tangent)
+      type(path_tangent_t), intent(inout) :: tangent
+      tangent%u = -tangent%u
+      tangent%load = -tangent%load
+   end subroutine reverse
 
    !> Moves the first equilibrium of a valid set to the set's onset. The set without a closing free span is sought before a test
    !> fails, and must begin ahead.
@@ -196,15 +216,18 @@ contains
 
    !> True if an equilibrium lies on the run's path, and not on another one that Newton's method has found: it is at the located
    !> change, within reach of the last increment (reachability), or ahead in the direction of the path. (Other paths may be near: a
-   !> stocky column beside a wall is displaced along its axis by much more than it bends.)
-   logical function on_path(run, here, next)
+   !> stocky column beside a wall is displaced along its axis by much more than it bends.) Where a free span vanishes, the direction
+   !> of the path turns however near the equilibrium without the span is.
+   logical function on_path(run, here, there)
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here
-      type(other_set_t), intent(in) :: next
+      type(other_set_t), intent(in) :: there
       on_path = here%at_change
-      if (.not. on_path) on_path = path_length(next%problem, carried(here%problem, here%state, next%problem), next%state) <= &
+      if (.not. on_path) on_path = path_length(there%problem, carried(here%problem, here%state, there%problem), there%state) <= &
          & within_reach * run%last_length
-      if (.not. on_path) on_path = leads_to_next(here%problem, run, next)
+      if (.not. on_path) on_path = leads_to_next(here%problem, run, there)
+      if (here%vanishes .and. on_path) on_path = abs(there%state%load_factor - here%state%load_factor) <= within_reach * &
+         & here%least_load
    end function on_path
 
    !> True if a set with a new contact or free span of a prescribed length continues the path at a located change smoothly: its

@@ -9,7 +9,7 @@ module set_at_nodes
    use kinds, only: wp
    use model, only: method_load, method_cylindrical
    use problem, only: problem_t
-   use rod_state, only: state_t
+   use rod_state, only: state_t, candidate_gap, may_react
    use linear_system, only: new_system
    use contact_spans, only: contact_span_t
    use span_problem, only: new_sampled_problem
@@ -98,13 +98,13 @@ contains
       near = (jump - max(apart, sqrt(epsilon(rise)) * problem%size)) * abs(run%last%tangent%load) <= most_steeper * abs(rise)
    end function is_near
 
-   !> (candidates) true: the node lies on a line contact, or next to a point contact.
+   !> (candidates) true: the node lies on a line contact, or next to a point contact, and supports permit a reaction on it.
    function active_nodes(nodes, state, contact_span) result(active)
       type(problem_t), intent(in) :: nodes
       type(state_t), intent(in) :: state
       type(contact_span_t), intent(in) :: contact_span(:)
       logical :: active(nodes%candidates%n)
-      real(wp) :: at(2)
+      real(wp) :: at(2), gap, normal(2), bend
       integer :: c, side, e, k
       active = .false.
       do c = 1, nodes%candidates%n
@@ -120,6 +120,9 @@ contains
                active(c) = active(c) .or. (contact_span(k)%at(2) >= at(1) .and. contact_span(k)%at(1) <= at(2))
             end do
          end do
+         if (.not. active(c)) cycle
+         call candidate_gap(nodes, state, c, gap, normal, bend)
+         active(c) = may_react(nodes, c, normal)
       end do
    end function active_nodes
 end module set_at_nodes
