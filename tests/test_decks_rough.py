@@ -198,7 +198,7 @@ def assert_changes_are_told(run):
 
 
 @functools.cache
-def rough_liner(seed, scale=5e-4, elements=24):
+def rough_liner(seed, scale, elements):
     draw = random.Random(seed)
     amplitude = [scale * draw.uniform(-1, 1) / np.sqrt(1.0 + n) for n in range(8)]
     text = LINER.format(imperfection="\n".join(f"{a!r}, {n}" for n, a in enumerate(amplitude, 2)),
@@ -216,7 +216,7 @@ def test_rough_liners(seed, scale):
 
     The last two have short spans between two lines, whose ends hold next to nothing: the line of both presses from there on.
     """
-    rough_liner(seed, scale)
+    rough_liner(seed, scale, 24)
 
 
 def test_spans_close_between_two_lines():
@@ -228,7 +228,7 @@ def test_spans_close_between_two_lines():
     dr.assert_close(loads[0][2:], [1.39928143, 1.45010336], relative=1e-7)
 
 
-@pytest.mark.parametrize("seed, scale, elements", [(5026, 1e-3, (24, 48)), (5027, 2e-3, (24, 48)), (5027, 2e-3, (48, 72))])
+@pytest.mark.parametrize("seed, scale, elements", [(5026, 1e-3, (24, 48)), (5027, 2e-3, (24, 48))])
 def test_a_span_closes_at_a_load_with_a_bar(seed, scale, elements):
     """The set without a closing span is followed back to the load at which its pressure is zero. This load has an error bar, and other
     meshes have it within the sum of both bars. The lost contact of the second liner comes back at 7.35724; its pressure is least beside
