@@ -88,13 +88,15 @@ def sound(run):
 
 # Beams that the ground holds -----------------------------------------------------------------------------------------
 
-MESHES = (50, 100, 200, 400)
+# Ends at 17/root: less than 1e-6 of the deflection in the middle is left there.
+FAR = 6.0
+MESHES = (30, 60, 120, 240)
 
 
 def test_force_on_a_beam_on_a_pasternak_foundation():
-    """Roots of the characteristic equation (Hetenyi 1946, Selvadurai 1979): two decades of 1/root beyond the ends."""
+    """Roots of the characteristic equation (Hetenyi 1946, Selvadurai 1979)."""
     w, m = (value[0] for value in gr.pasternak_infinite(K, G, 1.0, 0.0))
-    runs = [beam(PASTERNAK, n) for n in MESHES]
+    runs = [beam(PASTERNAK, n, half=FAR) for n in MESHES]
     errors = np.array([[sinking(run) / w, abs(middle_moment(run)) / m] for run in runs]).T - 1.0
     for error in errors:
         dr.assert_order(error, 2, below=0.2, above=0.3)
@@ -103,7 +105,7 @@ def test_force_on_a_beam_on_a_pasternak_foundation():
 
 
 def test_deflections_and_moments_along_a_pasternak_foundation():
-    run = beam(PASTERNAK, 400)
+    run = beam(PASTERNAK, MESHES[-1], half=FAR)
     place, gap = along(run, "gap")
     w, m = gr.pasternak_infinite(K, G, 1.0, np.abs(place))
     dr.assert_close(-gap / FORCE, w, absolute=2e-4 * np.max(w))
@@ -117,7 +119,7 @@ def test_deflections_and_moments_along_a_pasternak_foundation():
 def test_force_on_a_beam_on_the_half_space(width):
     """Biot's integral. Beyond the ends the ground would go on: that is the fourth power of 1/10 here."""
     w, m = gr.half_space_infinite(YOUNG, POISSON, width, 1.0)
-    runs = [beam(half_space(width), n) for n in MESHES[:3]]
+    runs = [beam(half_space(width), n) for n in (50, 100, 200)]
     errors = np.array([[sinking(run) / w, abs(middle_moment(run)) / m] for run in runs]).T - 1.0
     for error in errors:
         dr.assert_order(error, 2, below=0.2, above=0.3)
@@ -141,7 +143,7 @@ def lift_off_errors(exact, runs):
     return errors
 
 
-@pytest.mark.parametrize("g", [1.0, 16.0, 160.0])
+@pytest.mark.parametrize("g", [1.0, 160.0])
 def test_lift_off_from_a_pasternak_foundation(g):
     exact = gr.pasternak_lift_off(K, g, 1.0)
     meshes = (20, 40, 80, 160)

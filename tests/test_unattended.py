@@ -117,12 +117,12 @@ def test_killed_at_every_write(shim, folder):
 
 @dr.release_only
 def test_killed_at_random(folder):
-    """100 kills at any time: every row that a reader has seen is there. The time grows where the machine needs longer for the first rows."""
+    """50 kills at any time: every row that a reader has seen is there. The time grows where the machine needs longer for the first rows."""
     chance = random.Random(1)
     result = folder / "endless.h5"
     seen = 0
     longest = 0.3
-    for _ in range(100):
+    for _ in range(50):
         process = start(folder, "--quiet", "endless.inp")
         slept = chance.uniform(0.0, longest)
         time.sleep(slept)
@@ -137,7 +137,7 @@ def test_killed_at_random(folder):
             longest *= 1.2
         if chance.random() < 0.3:
             result.unlink(missing_ok=True)
-    assert seen > 10
+    assert seen > 5
 
 
 # ---- signals and limits --------------------------------------------------------------------------------------------------
@@ -193,7 +193,7 @@ def often_flushed(shim):
     return {**os.environ, "LD_PRELOAD": str(shim), "KILL_AT": "0", "KILL_LOG": "count", "KILL_COPY": "flushed"}
 
 
-@pytest.mark.parametrize("kilobytes", [1, 300, 600])
+@pytest.mark.parametrize("kilobytes", [1, 300])
 def test_files_are_limited(folder, shim, kilobytes):
     """The limit stops the file that is to come; the one that is there stays, says why, and is what a restart goes on from."""
     result = folder / "endless.h5"
