@@ -206,7 +206,7 @@ def test_splits_and_the_end_are_those_of_the_exact_beam(number, accuracy):
     dr.assert_close(contact(run, -1), ends, absolute=asked * beam.length)
 
 
-@pytest.mark.parametrize("accuracy", ["1E-3", "1E-4", "1E-5", "1E-6"])
+@pytest.mark.parametrize("accuracy", ["1E-3", "1E-6"])
 @pytest.mark.parametrize("number", range(len(FAR_AWAY)))
 def test_no_opening_is_missed(number, accuracy):
     """With the ends of contact that the run found the exact beam is nowhere open between them, and all that opened did so within its
