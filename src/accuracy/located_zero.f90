@@ -8,7 +8,7 @@ module located_zero
    use linear_system, only: system_t
    use element_products, only: element_deformation
    use path_events, only: event_t, new_test_values, event_value, event_bifurcation, event_limit
-   use test_kinds, only: span_test_t, test_length, test_boundary_span, test_couple
+   use test_kinds, only: span_test_t, test_couple, is_length
    use breakpoint_forces, only: breakpoint_couple
    use span_tests, only: run_span_tests, least_length
    use ground_events, only: ground_event_place, ground_event_gap
@@ -128,7 +128,7 @@ contains
       tests = run_span_tests(problem, state, zero%force_scale, 0)
       if (size(tests) < zero%test) return
       associate (test => tests(zero%test))
-         if (any(test%kind == [test_length, test_boundary_span])) left = least_length(problem, test) / problem%size
+         if (is_length(test%kind)) left = least_length(problem, test) / problem%size
       end associate
    end function left_of_zero
 

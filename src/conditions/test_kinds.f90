@@ -4,7 +4,7 @@ module test_kinds
    implicit none
    private
    public :: span_test_t, any_fails, any_may_fail, any_crosses, crosses, another_fails, with_scale, test_slack, well_below, &
-      & test_words
+      & test_words, is_length
    public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_vanishing, test_boundary_span, test_slope, &
       & test_leaving, test_couple
 
@@ -72,6 +72,12 @@ module test_kinds
    end type span_test_t
 
 contains
+
+   !> True if a kind of test is a length that vanishes.
+   elemental logical function is_length(kind)
+      integer, intent(in) :: kind
+      is_length = kind == test_length .or. kind == test_boundary_span
+   end function is_length
 
    !> True if any test is below zero by more than its permitted amount.
    pure logical function any_fails(tests)

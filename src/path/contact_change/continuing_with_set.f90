@@ -5,8 +5,9 @@ module continuing_with_set
    use kinds, only: wp
    use model, only: step_t
    use problem, only: problem_t, copy_problem
-   use test_kinds, only: span_test_t, any_fails, test_length, test_pressure
-   use other_set, only: other_set_t, copy_other_set, go_to_load
+   use test_kinds, only: span_test_t, any_fails, is_length, test_length, test_pressure
+   use other_set, only: other_set_t, copy_other_set, go_to_load, tests_of
+use vanished_length, only: find_vanished
    use contact_trials, only: try_sets, same_kind
    use set_at_nodes, only: find_set_at_nodes
    use step_off, only: tangent_along
@@ -19,7 +20,7 @@ module continuing_with_set
    use rod_state, only: state_t
    use mesh_transfer, only: transfer_and_solve
    use trial_request, only: request_t
-   use path_state, only: path_state_t, copy_path_state
+   use path_state, only: path_state_t, copy_path_state, small_load
    use corner_limit, only: check_return
    use path_outcome, only: outcome_t
    use path_record, only: recorder_t
@@ -188,7 +189,7 @@ contains
    end subroutine come_before_values
 
    !> Continues with a set found by trials: to its first equilibrium, and from there to a later one at which all its tests are
-   !> satisfied on other meshes, too.
+   !> satisfied on other meshes, too. If the set begins where a length vanishes, its first equilibrium has no such length.
    subroutine begin_set(problem, step, run, first, next, recorder, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -198,8 +199,30 @@ contains
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
+      call complete_onset(run, first)
       call go_to_next(problem, step, run, first, recorder, finished, outcome)
       if (finished .or. allocated(outcome%why)) return
       call go_to_next(problem, step, run, next, recorder, finished, outcome)
    end subroutine begin_set
+
+   !> Moves a set at its onset to the exact place if a length vanishes there.
+   subroutine complete_onset(run, first)
+      type(path_state_t), intent(in) :: run
+      type(other_set_t), intent(inout) :: first  !! out: without the length, or unchanged if its test is no length
+      type(span_test_t), allocatable :: tests(:)
+      type(other_set_t) :: without
+      logical :: found
+      if (first%test == 0) return
+      tests = tests_of(first)
+      if (.not. is_length(tests(first%test)%kind)) return
+      call find_vanished(first%problem, first%state, tests(first%test), small_load(run), without, found)
+      if (.not. found) then
+         first%test = 0
+         return
+      end if
+      without%label = first%label
+      without%divides = first%divides
+      without%times = first%times
+      call copy_other_set(without, first)
+   end subroutine complete_onset
 end module continuing_with_set

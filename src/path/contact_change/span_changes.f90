@@ -15,7 +15,7 @@ module span_changes
    use text, only: to_text
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
-   use test_kinds, only: span_test_t, any_may_fail, test_words, test_gap, test_force, test_boundary_span, test_length, &
+   use test_kinds, only: span_test_t, any_may_fail, test_words, is_length, test_gap, test_force, &
       & test_vanishing
    use reachability, only: turns
    use closing_spans, only: about_to_close, close_spans
@@ -179,7 +179,7 @@ contains
          change%label = first%label
          change%divides = first%divides
       end if
-      vanishes = any(change%tests(change%which)%kind == [test_boundary_span, test_length]) .and. change%label /= '  '
+      vanishes = is_length(change%tests(change%which)%kind) .and. change%label /= '  '
       if (vanishes) call find_vanished(problem, change%point%state, change%tests(change%which), small_load(run), without, vanishes)
       if (vanishes) then
          without%label = change%label

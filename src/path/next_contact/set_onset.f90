@@ -5,7 +5,7 @@ module set_onset
    use model, only: step_t, method_load
    use problem, only: problem_t, rounding_gap
    use other_set, only: other_set_t, copy_other_set, go_to_load
-   use test_kinds, only: span_test_t, any_fails, test_length, test_boundary_span
+   use test_kinds, only: span_test_t, any_fails, is_length
    use span_tests, only: least_length
    use converged_state, only: contact_holds
    use span_events, only: find_change
@@ -68,6 +68,9 @@ contains
       call find_change(next%problem, fine, back, interval, change)
       if (change%kind == change_located .and. change%where == place_within) then
          next%path_point_t = change%point
+         next%test = change%which
+      else if (change%kind == change_located .and. is_length(interval%before(change%which)%kind)) then
+         ! Near its zero a length is too short for a mesh: the nearest valid point is there, up to the least length.
          next%test = change%which
       else
          ! No equilibrium may converge where a contact osculates.
@@ -140,7 +143,7 @@ contains
             if (any_fails(tests)) call copy_other_set(there, outside)
          end if
          if (valid) then
-            where (tests%kind == test_length .or. tests%kind == test_boundary_span)
+            where (is_length(tests%kind))
                tests%value = tests%value + (1.0_wp - shorter) * least_length(next%problem, tests) / next%problem%size
             end where
             valid = .not. any_fails(tests) .and. contact_holds(there%problem, there%state, there%system)
