@@ -7,7 +7,7 @@ module continuing_with_set
    use problem, only: problem_t, copy_problem
    use test_kinds, only: span_test_t, any_fails, is_length, test_length, test_pressure
    use other_set, only: other_set_t, copy_other_set, go_to_load, tests_of
-use vanished_length, only: find_vanished
+   use vanished_length, only: find_vanished
    use contact_trials, only: try_sets, same_kind
    use set_at_nodes, only: find_set_at_nodes
    use step_off, only: tangent_along
@@ -199,14 +199,15 @@ contains
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
-      call complete_onset(run, first)
+      call complete_onset(step, run, first)
       call go_to_next(problem, step, run, first, recorder, finished, outcome)
       if (finished .or. allocated(outcome%why)) return
       call go_to_next(problem, step, run, next, recorder, finished, outcome)
    end subroutine begin_set
 
    !> Moves a set at its onset to the exact place if a length vanishes there.
-   subroutine complete_onset(run, first)
+   subroutine complete_onset(step, run, first)
+      type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(other_set_t), intent(inout) :: first  !! out: without the length, or unchanged if its test is no length
       type(span_test_t), allocatable :: tests(:)
@@ -215,7 +216,8 @@ contains
       if (first%test == 0) return
       tests = tests_of(first)
       if (.not. is_length(tests(first%test)%kind)) return
-      call find_vanished(first%problem, first%state, tests(first%test), small_load(run), without, found)
+      call find_vanished(first%problem, first%state, tests(first%test), small_load(run), &
+         & step%locate_tolerance, without, found)
       if (.not. found) then
          first%test = 0
          return

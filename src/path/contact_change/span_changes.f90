@@ -180,7 +180,8 @@ contains
          change%divides = first%divides
       end if
       vanishes = is_length(change%tests(change%which)%kind) .and. change%label /= '  '
-      if (vanishes) call find_vanished(problem, change%point%state, change%tests(change%which), small_load(run), without, vanishes)
+      if (vanishes) call find_vanished(problem, change%point%state, change%tests(change%which), small_load(run), &
+         & step%locate_tolerance, without, vanishes)
       if (vanishes) then
          without%label = change%label
          without%divides = change%divides

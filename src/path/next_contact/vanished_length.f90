@@ -20,17 +20,16 @@ module vanished_length
 
    integer, parameter :: most_loads = 8 !! loads of the secant method, whose order 1.6 leads from one digit to twelve in six. Four
    !! do not suffice for two runs of the tests, 16 change none
-   real(wp), parameter :: last_step = 1.0e-12_wp !! change of the load in its last step / load: some thousand roundings. Half and
-   !! twice this value change none of 146 decks of the tests
 
 contains
 
    !> Finds the equilibrium at which a length has vanished, ahead of a state at which the length is short.
-   subroutine find_vanished(problem, state, test, step, next, found)
+   subroutine find_vanished(problem, state, test, step, tolerance, next, found)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! equilibrium of `problem`
       type(span_test_t), intent(in) :: test      !! its test of the length: of kind test_length or test_boundary_span
-      real(wp), intent(in) :: step               !! first step of the load factor
+      real(wp), intent(in) :: step               !! first step of the load factor; it is given, and shows no convergence
+      real(wp), intent(in) :: tolerance          !! largest last step of the load factor / load factor
       type(other_set_t), intent(out) :: next          !! the set without the length; its test is the one that is zero
       logical, intent(out) :: found              !! false: no such length, or no such equilibrium
       type(span_test_t), allocatable :: tests(:)
@@ -47,7 +46,7 @@ contains
          if (found) call evaluate_at(load(2), value(2))
          if (found) found = abs(value(2) - value(1)) > 0.0_wp
          if (.not. found) return
-         if (abs(load(2) - load(1)) <= last_step * abs(load(2))) exit
+         if (try > 1 .and. abs(load(2) - load(1)) <= tolerance * abs(load(2))) exit
          load = [load(2), load(2) - value(2) * (load(2) - load(1)) / (value(2) - value(1))]
          value(1) = value(2)
       end do
