@@ -93,7 +93,7 @@ contains
          parts = density_samples * smooth_parts(problem, state, e, 1.0_wp)
          do i = 0, parts
             tau = real(i, wp) / parts
-            call conforming_forces(problem, state, e, tau, local, x, angle, density, kept)
+            call conforming_forces(problem, state, e, tau, local, x, angle, density, kept=kept)
             call note_worst(accuracy, check_tension, (-density * problem%size - line_slack * scale) / max(accuracy%reaction, &
                & least_reaction * scale), at, element=problem%model%mesh%element_label(e))
          end do

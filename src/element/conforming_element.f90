@@ -324,7 +324,7 @@ contains
    !> normal to the left of the rod. N and M follow from sigma and P at the point,
    !>   Q = -M'/(1 + e),   M' = EI (k' (1 + e)^2 + o k N'/EA - k0'),   N' = -o k M' - q_t,
    !> and the reaction of the obstacle from equilibrium along the normal, with Q' from the derivatives of these equations.
-   pure subroutine conforming_resultants(output, tab, obstacle, tau, k0, ground, here, n, q, m, density)
+   pure subroutine conforming_resultants(output, tab, obstacle, tau, k0, ground, here, n, q, m, density, steady)
       type(conforming_output_t), intent(in) :: output
       type(tableau_t), intent(in) :: tab
       type(obstacle_t), intent(in) :: obstacle
@@ -336,8 +336,10 @@ contains
       type(track_t), intent(out) :: here       !! the track at the point
       real(wp), intent(out) :: n, q, m         !! N, Q and M at the point
       real(wp), intent(out), optional :: density !! reaction of the obstacle by stress-free length, > 0 where it presses
+      real(wp), intent(out), optional :: steady !! its part without the derivative of Q, which needs no second derivative of k0:
+      !! density = steady - o Q'
       type(section_t) :: at
-      real(wp) :: p, ei, d, along, across, n1, m1, m2, stretch1, k1, k2, q1, normal(2), line(2), line_slope(2)
+      real(wp) :: p, ei, d, along, across, n1, m1, m2, stretch1, k1, k2, q1, normal(2), line(2), line_slope(2), without
       call output_at(output, tab, obstacle, tau, here, p)
       associate (element => output%element, sense => output%element%sense, compliance => output%element%compliance, &
          & load => output%element%load)
@@ -360,6 +362,8 @@ contains
          m1 = ei * (k1 * at%stretch - sense * here%curvature * along * compliance%axial - k0(1)) / d
          n1 = -sense * here%curvature * m1 - along
          q = -m1 / at%stretch
+         without = -sense * (n * sense * here%curvature * at%stretch + across + load%pressure * at%stretch)
+         if (present(steady)) steady = without
          if (.not. present(density)) return
          ! With (o k)' = k' (1 + e) and q_t' = o k (1 + e) q_n + q' . (o tangent):
          !   M'' = EI (o k'' (1 + e)^3 + 3 k' (1 + e) e' + o k N''/EA - k0''),   N'' = -k' (1 + e) M' - o k M'' - q_t'
@@ -368,7 +372,7 @@ contains
          m2 = ei * (k2 * at%stretch + 3 * k1 * stretch1 - k0(2) - (compliance%axial * sense * here%curvature) * &
             & (k1 * m1 + sense * here%curvature * at%stretch * across + sense * dot_product(line_slope, here%tangent))) / d
          q1 = -m2 / at%stretch + m1 * stretch1 / at%stretch**2
-         density = -sense * (q1 + n * sense * here%curvature * at%stretch + across + load%pressure * at%stretch)
+         density = without - sense * q1
       end associate
    end subroutine conforming_resultants
 

@@ -180,7 +180,7 @@ contains
 
    !> Inside a conforming element: section forces (N, Q, M) in the axes of the section, position and tangent angle, and the
    !> obstacle's force by stress-free length.
-   pure subroutine conforming_forces(problem, state, e, tau, local, place, angle, density, kept)
+   pure subroutine conforming_forces(problem, state, e, tau, local, place, angle, density, steady, kept)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
@@ -188,25 +188,26 @@ contains
       real(wp), intent(out) :: local(3)             !! N, Q, M
       real(wp), intent(out), optional :: place(2), angle !! deformed position (x, y); tangent angle in (-pi, pi]
       real(wp), intent(out), optional :: density    !! force of the obstacle [force/length], > 0 where it presses
+      real(wp), intent(out), optional :: steady     !! its part without the derivative of Q, see conforming_resultants
       type(conforming_state_t), intent(inout), optional :: kept !! stored element of the same state, or undefined; computed again
       !! only if the element changes
       if (present(kept)) then
          if (kept%element /= e) kept = lying(problem, state, e)
-         call forces_from_output(problem, state, kept, tau, local, place, angle, density)
+         call forces_from_output(problem, state, kept, tau, local, place, angle, density, steady)
       else
          call forces_from_output(problem, state, lying(problem, state, e, at_start=tau <= 0.0_wp), tau, local, place, angle, &
-            & density)
+            & density, steady)
       end if
    end subroutine conforming_forces
 
    !> Computes the results of conforming_forces from a stored element.
-   pure subroutine forces_from_output(problem, state, here, tau, local, place, angle, density)
+   pure subroutine forces_from_output(problem, state, here, tau, local, place, angle, density, steady)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(conforming_state_t), intent(in) :: here
       real(wp), intent(in) :: tau
       real(wp), intent(out) :: local(3)
-      real(wp), intent(out), optional :: place(2), angle, density
+      real(wp), intent(out), optional :: place(2), angle, density, steady
       type(track_t) :: track
       real(wp) :: ground(2, 0:1), force, stretch
       type(ge_load_t) :: load
@@ -223,7 +224,7 @@ contains
             ground(:, 1) = here%pose%own_direction(ground(:, 1))
          end if
          call conforming_resultants(here%output, problem%tableau(problem%model%mesh%stages(e)), problem%model%obstacle(obstacle), &
-            & tau, bend_at(problem, state, e, tau), ground, track, local(1), local(2), local(3), density)
+            & tau, bend_at(problem, state, e, tau), ground, track, local(1), local(2), local(3), density, steady)
          if (.not. (present(place) .or. present(angle))) return
          track = here%pose%placed(track)
       end associate

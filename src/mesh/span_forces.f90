@@ -200,14 +200,15 @@ contains
    end function end_balance_force
 
    !> Force of the obstacle on a conforming element (x, y), integral of its density, and its moment about a given point. They are
-   !> computed from end forces and loads, because the density is a derivative of the solution and less accurate.
+   !> computed from end forces and loads, because the density is a derivative of the solution and less accurate: it contains the
+   !> second derivative of the stress-free curvature, which a spline or an imperfection does not have everywhere.
    subroutine line_force(problem, state, e, middle, force, moment)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: middle(2) !! reference point of the moment
       real(wp), intent(out) :: force(3), moment !! force in x, force in y, integral of the density; moment, > 0 anticlockwise
-      real(wp) :: local(3), x(2), density, ends(3, 2), place(2, 2), line(2), slope(2)
+      real(wp) :: local(3), x(2), steady, ends(3, 2), place(2, 2), line(2), slope(2), shear(2)
       real(wp), allocatable :: part(:)
       real(wp) :: weight
       type(ge_load_t) :: load
@@ -223,7 +224,12 @@ contains
          & d => place(:, 2) - place(:, 1))
          call sum_line(tab, load, tab%b, line, slope)
          force(1:2) = ends(1:2, 1) - ends(1:2, 2) - length * line - load%pressure * [-d(2), d(1)]
-         force(3) = 0.0_wp
+         do i = 1, 2
+            call conforming_forces(problem, state, e, real(i - 1, wp), local, kept=kept)
+            shear(i) = local(2)
+         end do
+         force(3) = track_sense(problem, state, problem%conforms(e), node_track(problem, state, problem%conforms(e))) * &
+            & (shear(1) - shear(2))
          call foundation_forces(problem, state, e, inner)
          do k = 1, inner%n
             force(1:2) = force(1:2) - (length * inner%weight(k)) * inner%force(:, k)
@@ -235,14 +241,14 @@ contains
             x = inner%x(:, k) - middle
             moment = moment - (length * inner%weight(k)) * (x(1) * inner%force(2, k) - x(2) * inner%force(1, k))
          end do
-         ! The density has kinks where two pieces of the track join.
+         ! The curvature has kinks where two pieces of the track join.
          part = [0.0_wp, track_joints(problem, state, e), 1.0_wp]
          do k = 2, size(part)
             do i = 1, tab%stages
                weight = tab%b(i) * (part(k) - part(k - 1)) * length
                call conforming_forces(problem, state, e, part(k - 1) + tab%c(i) * (part(k) - part(k - 1)), local, x, &
-                  & density=density, kept=kept)
-               force(3) = force(3) + weight * density
+                  & steady=steady, kept=kept)
+               force(3) = force(3) + weight * steady
                x = x - middle
                call line_at(tab, load, part(k - 1) + tab%c(i) * (part(k) - part(k - 1)), line, slope)
                moment = moment - weight * (x(1) * line(2) - x(2) * line(1))
@@ -308,7 +314,7 @@ contains
                do i = 0, density_samples
                   tau = (j + min(max(real(i, wp) / density_samples, inside), 1.0_wp - inside)) / parts
                   tau = part(k - 1) + tau * (part(k) - part(k - 1))
-                  call conforming_forces(problem, state, e, tau, local, place, angle, density, kept)
+                  call conforming_forces(problem, state, e, tau, local, place, angle, density, kept=kept)
                   at = chain_coordinate(problem, state, c, 2, before) + tau * state%geometry%element(e)%length
                   ! The rod lies to the left of the obstacle's track.
                   call add(list, n, problem%candidates%contact(c), at, place, sense * density * [-sin(angle), cos(angle)])
