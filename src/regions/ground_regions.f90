@@ -32,7 +32,7 @@ contains
       type(region_t) :: region
       type(element_gap_t) :: gap
       real(wp) :: part(2, most_parts), h
-      integer :: c, e, i, n, first, closes
+      integer :: c, e, i, n, first, next
       logical :: open_end
       logical :: forward(size(problem%model%contact)) ! (contacts) true: angles on the obstacle increase along the chain of the
       ! contact
@@ -71,9 +71,9 @@ contains
                open_end = part(2, i) >= 1.0_wp
             end do
             ! At the end of a closed chain the last region may continue as the first region.
-            closes = chain%neighbour(2, c)
-            if (closes >= 1 .and. closes <= c .and. open_end .and. size(regions) >= first) then
-               if (regions(first)%start <= chain_place(problem, state, chain, closes)) then
+            next = chain%neighbour(2, c)
+            if (next >= 1 .and. next <= c .and. open_end .and. size(regions) >= first) then
+               if (regions(first)%start <= chain_place(problem, state, chain, next)) then
                   if (size(regions) > first) then
                      regions(first)%start = regions(size(regions))%start
                      regions(first)%angle_start = regions(size(regions))%angle_start

@@ -42,7 +42,7 @@ contains
       do k = 1, size(near)
          associate (before => interval%before(k), after => interval%after(k))
             near(k) = after%kind == test_vanishing
-            if (near(k)) near(k) = (is_gone(problem, after) .and. closes(interval, k)) .or. ((interval%stuck .or. fails) &
+            if (near(k)) near(k) = (is_gone(problem, after) .and. is_shorter(interval, k)) .or. ((interval%stuck .or. fails) &
                & .and. after%value <= reach_of(interval) * (before%value - after%value))
          end associate
       end do
@@ -137,10 +137,10 @@ contains
    end function stays_valid
 
    !> True if the span has become shorter on the interval.
-   pure logical function closes(interval, which)
+   pure logical function is_shorter(interval, which)
       type(step_interval_t), intent(in) :: interval
       integer, intent(in) :: which               !! index of the test of the span
-      closes = length(interval%after(which)) < length(interval%before(which))
+      is_shorter = length(interval%after(which)) < length(interval%before(which))
 
    contains
 
@@ -148,7 +148,7 @@ contains
          type(span_test_t), intent(in) :: test
          length = test%ends(2) - test%ends(1)
       end function length
-   end function closes
+   end function is_shorter
 
    !> True if a free span has closed: its gap is zero everywhere within rounding, or its length is below the least length.
    pure logical function is_gone(problem, test) result(gone)

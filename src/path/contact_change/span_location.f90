@@ -16,7 +16,7 @@ module span_location
    use path_control, only: path_length
    use path_point, only: path_point_t, point_at
    use path_state, only: path_state_t
-   use increment_points, only: division_t, new_division, point_within
+   use increment_points, only: increment_measure_t, new_measure, point_within
    use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    use corrector, only: increment_t
    implicit none
@@ -162,17 +162,17 @@ contains
       real(wp), intent(in) :: tolerance           !! largest size of the test's value that counts as zero
       type(change_t), intent(inout) :: change
       logical, intent(out) :: found
-      type(division_t) :: division
+      type(increment_measure_t) :: measure
       type(bracket_t) :: bracket
       real(wp) :: f, fraction
       found = .false.
-      division = new_division(problem, run, interval%to, .false.)
+      measure = new_measure(problem, run, interval%to, .false.)
       ! An interval whose ends coincide, at a change that remeshing has moved behind the last point, has no points inside.
-      if (.not. (division%length > 0.0_wp .or. abs(interval%to%state%load_factor - run%last%state%load_factor) > 0.0_wp)) return
+      if (.not. (measure%length > 0.0_wp .or. abs(interval%to%state%load_factor - run%last%state%load_factor) > 0.0_wp)) return
       ! The place is located just before the zero, because the contact set is not valid beyond the zero.
       bracket = new_bracket(interval%before(change%which)%value - tolerance, interval%after(change%which)%value - tolerance)
       do while (next_guess(bracket, epsilon(f), fraction))
-         call point_within(problem, run, interval%to, division, fraction, .false., .true., change%point, change%report)
+         call point_within(problem, run, interval%to, measure, fraction, .false., .true., change%point, change%report)
          if (.not. change%report%converged) return
          change%point%tangent = arrival(problem, run, change%point)
          change%tests = run_span_tests(problem, change%point%state, interval%scale)

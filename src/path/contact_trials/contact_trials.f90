@@ -20,7 +20,7 @@ module contact_trials
    use path_state, only: path_state_t
    use set_differences, only: label_and_number
    use rod_strips, only: strip_t, find_strips, on_strips, strip_place
-   use neighbours, only: edit_place_t, neighbour_t, neighbours_at, edit_merge, closes, no_test
+   use neighbours, only: edit_place_t, neighbour_t, neighbours_at, edit_merge, may_close_span, no_test
    use edit_places, only: places_of_tests, places_of_contacts
    use set_trial, only: solve_neighbour
    use tried_sets, only: change_place_t, new_change_place, tried_set_t, copy_trial, append
@@ -262,7 +262,7 @@ contains
          neighbour = neighbours_together(strip, on_strips(strip, present_contact_spans(from%set%problem, from%set%state)), &
             & edit_place, d, length)
          do k = 1, size(neighbour)
-            if (here%vanishes .and. .not. closes(neighbour(k)%edit)) cycle
+            if (here%vanishes .and. .not. may_close_span(neighbour(k)%edit)) cycle
             ! Where a free span vanishes, a length is prescribed only if no set without it is valid.
             if (here%vanishes .and. any(neighbour(k)%held > 0) .and. size(valid) > 0) cycle
             call solve_neighbour(here, from%set%problem, from%set%state, run, strip, neighbour(k), &

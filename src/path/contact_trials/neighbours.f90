@@ -13,7 +13,7 @@ module neighbours
    use rod_strips, only: strip_t, brought_near
    implicit none
    private
-   public :: edit_place_t, neighbour_t, neighbours_at, closes, no_test
+   public :: edit_place_t, neighbour_t, neighbours_at, may_close_span, no_test
    public :: edit_remove, edit_add, edit_spread, edit_part, edit_leave, edit_shrink, edit_ends, edit_open, edit_end_off, &
       & edit_lie_down, edit_merge, edit_pass, edit_jump, edit_rise, edit_change, edit_arrive
 
@@ -166,10 +166,10 @@ contains
    end function neighbours_at
 
    !> True if an edit may take a free span away.
-   pure logical function closes(edit)
+   pure logical function may_close_span(edit)
       integer, intent(in) :: edit
-      closes = any(edit == [edit_lie_down, edit_merge, edit_pass, edit_arrive, edit_remove])
-   end function closes
+      may_close_span = any(edit == [edit_lie_down, edit_merge, edit_pass, edit_arrive, edit_remove])
+   end function may_close_span
 
    !> Rank of each edit for a kind of test.
    pure function ranks(kind) result(rank)

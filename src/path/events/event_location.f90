@@ -8,7 +8,7 @@ module event_location
    use displacement_functional, only: monitor_change
    use path_control, only: path_length, is_arc_length, can_be_prescribed, prescribed_change
    use path_continuity, only: between, lies_between, alike, largest_distance
-   use increment_points, only: division_t, new_division, point_within, chord_fraction, part_of_increment
+   use increment_points, only: increment_measure_t, new_measure, point_within, chord_fraction, part_of_increment
    use corrector, only: increment_t, correct
    use contact_labels, only: contact_gained
    use contact_regions, only: region_of
@@ -35,9 +35,9 @@ contains
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
       type(located_event_t), intent(inout) :: located_event !! in: the detected event; out: also its position and state
-      type(division_t) :: division
+      type(increment_measure_t) :: measure
       real(wp) :: before
-      division = new_division(problem, run, trial, located_event%event%steady_load)
+      measure = new_measure(problem, run, trial, located_event%event%steady_load)
       located_event%point = trial
       located_event%fraction = 1.0_wp
       if (passed_by_mesh(run, located_event%event)) then
@@ -57,16 +57,16 @@ contains
       if (located_event%located) return
       call locate_by_function()
       if (.not. located_event%located) return
-      if (division%smooth) then
+      if (measure%smooth) then
          located_event%located = satisfies_definition()
          ! After a line contact has just become a point contact the load may be constant: its rate then changes sign by rounding
          ! only.
          if (located_event%event%kind == event_limit .and. run%since_change%shrunk .and. .not. located_event%located) &
             & call take_beginning(step, run, located_event)
-      else if (division%length > 0.0_wp .and. is_arc_length(run%control%method)) then
+      else if (measure%length > 0.0_wp .and. is_arc_length(run%control%method)) then
          ! The event's fraction of the load and displacement increments equals its fraction of the controlled quantity. The
          ! controlled quantity changes even if no node moves.
-         located_event%fraction = chord_fraction(problem, run, division, located_event%point%state)
+         located_event%fraction = chord_fraction(problem, run, measure, located_event%point%state)
       end if
 
    contains
@@ -79,7 +79,7 @@ contains
          type(path_point_t) :: here
          real(wp) :: part
          associate (event => located_event%event, from => run%last, report => located_event%report)
-            if (.not. (division%smooth .and. any(event%kind == [event_value_reached, event_stop]))) return
+            if (.not. (measure%smooth .and. any(event%kind == [event_value_reached, event_stop]))) return
             if (.not. (can_be_prescribed(problem, event%monitor) .and. event%before * event%after < 0.0_wp)) return
             if (any(event%before * [value_rate(problem, event%monitor, from), &
                & value_rate(problem, event%monitor, trial)] >= 0.0_wp)) return
@@ -90,12 +90,12 @@ contains
                & here%system, report, exact=problem%model%step(problem%step)%locate_tolerance)
             if (.not. report%converged) return
             if (.not. alike(problem, from%state, here%state)) return
-            if (.not. lies_between(problem, from%state, trial%state, division%chord, from%tangent, trial%tangent, &
+            if (.not. lies_between(problem, from%state, trial%state, measure%chord, from%tangent, trial%tangent, &
                & here%state)) return
             here%tangent = path_tangent_of(problem, run, here)
             call evaluate_tests(problem, here)
             located_event%point = here
-            located_event%fraction = part_of_increment(problem, run, trial, division, here%state)
+            located_event%fraction = part_of_increment(problem, run, trial, measure, here%state)
             located_event%located = .true.
             event%prescribed = .true.
          end associate
@@ -105,11 +105,11 @@ contains
       subroutine locate_by_function()
          type(law_corner_t) :: law
          law = corner_between(problem, run%last%state, trial%state)
-         if (located_event%event%kind == event_bifurcation .or. (division%smooth .and. (located_event%event%kind == &
+         if (located_event%event%kind == event_bifurcation .or. (measure%smooth .and. (located_event%event%kind == &
             & event_turning .or. (located_event%event%kind == event_limit .and. law%candidate == 0)))) then
-            call locate_smooth(problem, step, run, trial, division, located_event)
+            call locate_smooth(problem, step, run, trial, measure, located_event)
          else
-            call bracket_zero(problem, step, run, trial, division, located_event)
+            call bracket_zero(problem, step, run, trial, measure, located_event)
             if (located_event%located .and. any(located_event%event%kind == [event_value_reached, event_stop])) &
                & call meet_value(problem, run, located_event)
          end if
@@ -120,7 +120,7 @@ contains
       !> there, nothing changes.
       subroutine look_behind()
          type(located_event_t) :: found
-         type(division_t) :: part
+         type(increment_measure_t) :: part
          type(path_state_t) :: behind
          type(path_point_t) :: point
          real(wp) :: fall, fraction
@@ -128,10 +128,10 @@ contains
          if (.not. located_event%event%before * fall < 0.0_wp) return
          ! The search covers twice the extrapolated distance, so that the zero is bracketed.
          fraction = 2.0_wp * located_event%event%before / fall
-         if (-fraction * division%length > run%arc_length - run%left_at) return
+         if (-fraction * measure%length > run%arc_length - run%left_at) return
          call copy_path_state(run, behind)
          if (located_event%event%ground%contact > 0) call reset_segments(problem, located_event%event, behind%last%state)
-         part = division
+         part = measure
          call point_within(problem, behind, trial, part, fraction, .true., .false., point, found%report)
          if (.not. found%report%converged) return
          behind%last = point
@@ -142,7 +142,7 @@ contains
          found%event%before = event_value(problem, found%event, behind%last%state, behind%last%test_values)
          if (.not. found%event%before * found%event%after < 0.0_wp) return
          behind%control%increment = -fraction * run%control%increment
-         part = new_division(problem, behind, run%last, found%event%steady_load)
+         part = new_measure(problem, behind, run%last, found%event%steady_load)
          found%point = run%last
          call bracket_zero(problem, step, behind, run%last, part, found)
          if (.not. found%located) return
@@ -156,7 +156,7 @@ contains
       !> (maximum) or above (minimum) the loads of both ends.
       logical function satisfies_definition() result(right)
          right = run%fresh .or. .not. alike(problem, run%last%state, located_event%point%state)
-         if (.not. right) right = lies_between(problem, run%last%state, trial%state, division%chord, run%last%tangent, &
+         if (.not. right) right = lies_between(problem, run%last%state, trial%state, measure%chord, run%last%tangent, &
             & trial%tangent, located_event%point%state)
          if (located_event%event%kind == event_limit) right = right .and. is_extreme(step, run%last%state%load_factor, &
             & trial%state%load_factor, located_event)
@@ -204,12 +204,12 @@ contains
    end subroutine reset_segments
 
    !> Finds the zero of the event function by Chandrupatla's bracketing rule.
-   subroutine bracket_zero(problem, step, run, trial, division, located_event)
+   subroutine bracket_zero(problem, step, run, trial, measure, located_event)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
-      type(division_t), intent(inout) :: division
+      type(increment_measure_t), intent(inout) :: measure
       type(located_event_t), intent(inout) :: located_event
       type(path_point_t) :: here, below, above
       type(bracket_t) :: bracket
@@ -249,7 +249,7 @@ contains
                exit search
             end if
             ! With the contact set of the increment's first end the event function of a contact change is smooth through its zero.
-            call point_within(problem, run, trial, division, located_event%fraction, keeps_contact, keeps_contact, here, &
+            call point_within(problem, run, trial, measure, located_event%fraction, keeps_contact, keeps_contact, here, &
                & located_event%report)
             if (at_nodes .and. located_event%report%converged) call mark_passed_nodes(problem, run%last%state, trial%state, &
                & here, event%marked)

@@ -22,7 +22,7 @@ module smooth_zero
    use path_control, only: control_t, path_length, metric
    use corrector, only: correct, increment_t
    use path_continuity, only: path_tangent_t, normal_plane, between
-   use increment_points, only: division_t
+   use increment_points, only: increment_measure_t
    use path_events, only: event_bifurcation, event_limit
    use zero_search, only: zero_search_t, find_zero, tangent_turn_per_force, zero_eigenvalue, state_between, zero_of_cubic, &
       & n_samples
@@ -43,12 +43,12 @@ module smooth_zero
 contains
 
    !> Finds the zero of the event function between the last accepted point and the trial.
-   subroutine locate_smooth(problem, step, run, trial, division, located_event)
+   subroutine locate_smooth(problem, step, run, trial, measure, located_event)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
-      type(division_t), intent(inout) :: division
+      type(increment_measure_t), intent(inout) :: measure
       type(located_event_t), intent(inout) :: located_event !! out: located, point, fraction, and the scale of the event are set
       type(zero_search_t) :: search
       logical :: decided, found
@@ -61,7 +61,7 @@ contains
       located_event%event%scale = search%bracket%scale
       ! A contact change at nodes may make the function jump, so that no zero can be interpolated. A foundation that acts along
       ! elements changes its contact gradually; its function does not jump.
-      if (.not. division%smooth .and. any(run%last%state%active .neqv. trial%state%active)) return
+      if (.not. measure%smooth .and. any(run%last%state%active .neqv. trial%state%active)) return
       if (located_event%event%meets) then
          associate (event => located_event%event, point => located_event%point)
             located_event%fraction = event%before / (event%before - event%after)
@@ -70,7 +70,7 @@ contains
             call locate_on_crossing_path(problem, sign(1.0_wp, event%before), point%state, found)
          end associate
       else
-         call find_zero(problem, step, run, trial, division, search, located_event, found)
+         call find_zero(problem, step, run, trial, measure, search, located_event, found)
       end if
       if (found) call bring_to_balance(found)
       if (found) then

@@ -8,7 +8,7 @@ module zero_search
    use model, only: step_t
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
-   use increment_points, only: division_t, point_within
+   use increment_points, only: increment_measure_t, point_within
    use path_events, only: event_value, event_bifurcation, event_t, event_release
    use tangent_modes, only: modes_t, lowest_modes, numbered_eigenvalue, most_null_vectors
    use path_point, only: path_point_t
@@ -48,12 +48,12 @@ contains
 
    !> Finds the zero of the event function and the state there. Bracketing is tried first, except for bifurcations; if it fails, a
    !> cubic through samples around the zero is used.
-   subroutine find_zero(problem, step, run, trial, division, search, located_event, found)
+   subroutine find_zero(problem, step, run, trial, measure, search, located_event, found)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
-      type(division_t), intent(inout) :: division
+      type(increment_measure_t), intent(inout) :: measure
       type(zero_search_t), intent(inout) :: search !! in: its bracket is given
       type(located_event_t), intent(inout) :: located_event !! out: point and fraction are set, also if the zero was not located to
       !! the tolerance; its report is that of the point corrected last
@@ -150,7 +150,7 @@ contains
          !! component of `search`
          type(path_point_t), intent(in), optional :: near !! known point of the increment with which the correction starts
          search%value_here = 0.0_wp
-         call point_within(problem, run, trial, division, fraction, .false., .false., search%here, located_event%report, near)
+         call point_within(problem, run, trial, measure, fraction, .false., .false., search%here, located_event%report, near)
          search%known = located_event%report%converged
          if (search%known) search%known = all(search%here%state%active .eqv. trial%state%active)
          if (.not. search%known) return

@@ -33,7 +33,7 @@ contains
       integer :: k, c
       do k = 1, size(begins)
          new(k) = contact_span_t(contact=begins(k)%contact, rod_segment=begins(k)%rod_segment, &
-            & at=spread(beginning_place(problem, begins(k)), 1, 2))
+            & at=spread(place_or_boundary(problem, begins(k)), 1, 2))
       end do
       next = new_other_set(problem, state, numbered([present_contact_spans(problem, state), new], last))
       call release(next, last + 1, found)
@@ -82,7 +82,7 @@ contains
 
    !> Position along the rod segment where a contact begins: the place of the gap, or a segment boundary that allows rolling if it
    !> is closer than `closed_share`.
-   pure real(wp) function beginning_place(problem, test) result(at)
+   pure real(wp) function place_or_boundary(problem, test) result(at)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: test
       at = test%at
@@ -93,7 +93,7 @@ contains
             if (rolls_at(problem, test%contact, test%rod_segment, 2)) at = length
          end if
       end associate
-   end function beginning_place
+   end function place_or_boundary
 
    !> Candidate at the beginning of a contact span; 0: this candidate belongs to another contact span.
    pure integer function candidate_of(problem, number) result(c)
