@@ -9,7 +9,7 @@ module rod_strips
    use contact_spans, only: contact_span_t, sort_contact_spans, point_share, initial_share
    implicit none
    private
-   public :: strip_t, find_strips, on_strips, on_segments, strip_place, brought_near, coincide
+   public :: strip_t, find_strips, on_strips, on_segments, strip_place, brought_near, coincide, same_kind
 
    !> A strip is a continuous rod: rod segments that continue one another.
    type :: strip_t
@@ -61,6 +61,27 @@ contains
          strip = [strip, new]
       end subroutine follow
    end function find_strips
+
+   !> True if two contact sets have the same point and line contacts with ends at the same segment boundaries or inside the same
+   !> segments; the places of touchdown points may differ.
+   logical function same_kind(layout, one, other) result(same)
+      type(layout_t), intent(in) :: layout
+      type(contact_span_t), intent(in) :: one(:), other(:) !! contact sets on rod segments
+      type(strip_t), allocatable :: strip(:)
+      type(contact_span_t), allocatable :: a(:), b(:)
+      integer :: k, side
+      strip = find_strips(layout)
+      a = on_strips(strip, one)
+      b = on_strips(strip, other)
+      same = size(a) == size(b)
+      if (.not. same) return
+      do k = 1, size(a)
+         same = same .and. a(k)%contact == b(k)%contact .and. a(k)%rod_segment == b(k)%rod_segment .and. (a(k)%line .eqv. b(k)%line)
+         if (.not. same) return
+         same = all([(strip(a(k)%rod_segment)%cell(a(k)%at(side)) == strip(b(k)%rod_segment)%cell(b(k)%at(side)), side=1, 2)])
+         if (.not. same) return
+      end do
+   end function same_kind
 
    !> Finds the continuous rod that contains a place on a rod segment, and the coordinate of this place along it.
    pure subroutine strip_place(strip, rod_segment, at, which, along)

@@ -8,16 +8,14 @@ module continuing_with_set
    use test_kinds, only: span_test_t, any_fails, is_length, test_length, test_pressure
    use other_set, only: other_set_t, copy_other_set, go_to_load, tests_of
    use vanished_length, only: find_vanished
-   use contact_trials, only: try_sets, same_kind
+   use contact_trials, only: try_sets
+   use rod_strips, only: same_kind
+   use known_path, only: lies_before_change
    use set_at_nodes, only: find_set_at_nodes
    use step_off, only: tangent_along
    use entering_contact_set, only: go_to_next, replace_set, passes_value
    use span_tests, only: run_span_tests
    use path_continuity, only: relate, same_path
-   use path_control, only: displacement_between, metric
-   use state_transfer, only: carry_to
-   use contact_labels, only: is_contact_label
-   use rod_state, only: state_t
    use mesh_transfer, only: transfer_and_solve
    use trial_request, only: request_t
    use path_state, only: path_state_t, copy_path_state, small_load
@@ -47,13 +45,13 @@ contains
       logical :: passes
       finished = .false.
       call try_sets(problem, step, run, run%last, first, next, changed)
-      if (changed) changed = .not. lies_behind_change(run, next)
+      if (changed) changed = .not. lies_before_change(run, next%problem, next%state)
       if (changed) then
          call leave_recorded(problem, run, first)
          call begin_set(problem, step, run, first, next, recorder, finished, outcome)
       else
          call find_set_at_nodes(problem, run, reach, next, changed)
-         if (changed) changed = .not. lies_behind_change(run, next)
+         if (changed) changed = .not. lies_before_change(run, next%problem, next%state)
          if (.not. changed) return
          ! A value that the deck asks for has no equilibrium with a set that is valid only behind it.
          call come_before_values(problem, step, run, .false., next, passes)
@@ -76,32 +74,11 @@ contains
       if (n == 0) return
       associate (change => run%critical_points%list(n))
          if (change%label /= next%label .or. next%label == '' .or. change%point /= run%points) return
-         if (.not. same_kind(change%problem, problem)) return
+         if (.not. same_kind(problem%layout, change%problem%contact_span, problem%contact_span)) return
          next%times = next%times - 1
          if (next%times == 0) next%label = '  '
       end associate
    end subroutine leave_recorded
-
-   !> True if the set is that before the last contact change, and its equilibrium lies behind this change: the path has passed it
-   !> already, because the equilibria of one set form one curve through the change.
-   logical function lies_behind_change(run, next) result(behind)
-      type(path_state_t), intent(in) :: run
-      type(other_set_t), intent(in) :: next
-      type(state_t) :: there
-      integer :: j
-      behind = .false.
-      do j = size(run%critical_points%list), 1, -1
-         associate (change => run%critical_points%list(j))
-            if (.not. (change%label == '' .or. is_contact_label(change%label))) cycle
-            behind = same_kind(change%problem, next%problem)
-            if (.not. behind) return
-            there%geometry = change%state%geometry
-            call carry_to(next%problem, next%state, change%problem, there)
-            behind = metric(change%problem, change%direction, displacement_between(change%problem, change%state, there)) < 0.0_wp
-            return
-         end associate
-      end do
-   end function lies_behind_change
 
    !> Continues from the run's point, a recorded change of contact, with the set that trials found there. The path goes on from an
    !> equilibrium of this set from which increments can be made; this equilibrium is not recorded, and it is moved nearer if a value

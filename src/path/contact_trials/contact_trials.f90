@@ -19,7 +19,7 @@ module contact_trials
    use path_point, only: path_point_t
    use path_state, only: path_state_t
    use set_differences, only: label_and_number
-   use rod_strips, only: strip_t, find_strips, on_strips, strip_place
+   use rod_strips, only: strip_t, find_strips, on_strips, strip_place, same_kind
    use neighbours, only: edit_place_t, neighbour_t, neighbours_at, edit_merge, may_close_span, no_test
    use edit_places, only: places_of_tests, places_of_contacts
    use set_trial, only: solve_neighbour
@@ -28,7 +28,7 @@ module contact_trials
    use step_off, only: step_by, failing, tangent_along
    implicit none
    private
-   public :: try_sets, neighbours_of, same_kind
+   public :: try_sets, neighbours_of
 
    ! Half and twice each of these values change no run of a sample of the tests, except for most_edits.
    ! Lengths as shares of the length of the rod strip, a sequence of rod segments (rod_strips):
@@ -143,7 +143,8 @@ contains
          if (length > longest) return
          call try_edits(step, run, here, strip, edit_place, [length], larger)
          if (size(larger) == 0) return
-         if (larger(1)%passes_limit .or. .not. same_kind(larger(1)%set%problem, trial%set%problem)) return
+         if (larger(1)%passes_limit .or. .not. same_kind(trial%set%problem%layout, &
+            & larger(1)%set%problem%contact_span, trial%set%problem%contact_span)) return
          call copy_trial(larger(1), trial)
       end do
       if (trial%sized) call follow_by_load(here, trial)
@@ -267,7 +268,8 @@ contains
             if (here%vanishes .and. any(neighbour(k)%held > 0) .and. size(valid) > 0) cycle
             call solve_neighbour(here, from%set%problem, from%set%state, run, strip, neighbour(k), &
                & from%edits == 0, trial%set, trial%edited_at, found)
-            if (found) found = is_near(here, trial%set) .and. .not. same_kind(here%problem, trial%set%problem)
+            if (found) found = is_near(here, trial%set) .and. .not. same_kind(here%problem%layout, here%problem%contact_span, &
+               & trial%set%problem%contact_span)
             if (found) found = .not. is_among(trial, valid)
             if (.not. found) cycle
             trial%sized = any(neighbour(k)%held > 0)
@@ -302,7 +304,8 @@ contains
       integer :: k
       is_among = .false.
       do k = 1, size(list)
-         is_among = is_among .or. (same_kind(list(k)%set%problem, trial%set%problem) .and. .not. list(k)%passes_limit)
+         is_among = is_among .or. (same_kind(trial%set%problem%layout, list(k)%set%problem%contact_span, &
+            & trial%set%problem%contact_span) .and. .not. list(k)%passes_limit)
       end do
    end function is_among
 
@@ -358,26 +361,6 @@ contains
             & minval(on%start(2:) - on%start(:size(on%start) - 1))), nearby * on%length())
       end associate
    end function neighbours_of
-
-   !> True if two problems have the same point and line contacts with ends at the same segment boundaries or inside the same
-   !> segments; the places of touchdown points may differ.
-   logical function same_kind(one, other) result(same)
-      type(problem_t), intent(in) :: one, other
-      type(strip_t), allocatable :: strip(:)
-      type(contact_span_t), allocatable :: a(:), b(:)
-      integer :: k, side
-      strip = find_strips(one%layout)
-      a = on_strips(strip, one%contact_span)
-      b = on_strips(strip, other%contact_span)
-      same = size(a) == size(b)
-      if (.not. same) return
-      do k = 1, size(a)
-         same = same .and. a(k)%contact == b(k)%contact .and. a(k)%rod_segment == b(k)%rod_segment .and. (a(k)%line .eqv. b(k)%line)
-         if (.not. same) return
-         same = all([(strip(a(k)%rod_segment)%cell(a(k)%at(side)) == strip(b(k)%rod_segment)%cell(b(k)%at(side)), side=1, 2)])
-         if (.not. same) return
-      end do
-   end function same_kind
 
    !> Index of the set that begins nearest to a load factor. Of sets that begin together, for instance those of mirror
    !> images, the first one.

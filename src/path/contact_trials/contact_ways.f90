@@ -13,13 +13,13 @@ module contact_ways
    use other_set, only: other_set_t
    use path_point, only: path_point_t
    use path_state, only: path_state_t
-   use rod_strips, only: strip_t, find_strips, on_strips
+   use rod_strips, only: strip_t, find_strips, on_strips, same_kind
    use neighbours, only: edit_place_t, neighbour_t, edit_add, edit_remove
    use edit_places, only: places_of_tests
    use set_trial, only: solve_neighbour
    use tried_sets, only: change_place_t, new_change_place, tried_set_t, append
    use set_validity, only: is_near, verify
-   use contact_trials, only: neighbours_of, same_kind
+   use contact_trials, only: neighbours_of
    implicit none
    private
    public :: other_ways
@@ -56,7 +56,8 @@ contains
             & [(btest(subset, k - 1), k=1, size(edit_place))]), neighbour, found)
          if (found) call solve_neighbour(here, problem, point%state, run, strip, neighbour, .true., trial%set, &
             & trial%edited_at, found)
-         if (found) found = is_near(here, trial%set) .and. .not. same_kind(taken%problem, trial%set%problem)
+         if (found) found = is_near(here, trial%set) .and. .not. same_kind(problem%layout, taken%problem%contact_span, &
+            & trial%set%problem%contact_span)
          if (.not. found) cycle
          trial%edits = 1
          trial%edit = neighbour%edit

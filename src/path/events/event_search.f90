@@ -8,7 +8,7 @@ module event_search
    use problem, only: problem_t
    use path_point, only: path_point_t
    use path_state, only: path_state_t, copy_path_state, located_event_t
-   use branch_closure, only: check_parent_path
+   use known_path, only: find_known_bifurcation
    use path_events, only: test_values_t, event_t, detect_events, value_events, event_limit, test_value, event_bifurcation, &
       & event_release, event_value_reached, event_turning, event_contact
    use tangent_modes, only: apply_tangent
@@ -59,7 +59,7 @@ contains
       end if
       call detect_events(problem, step, run%last%test_values, trial%test_values, run%last%state, trial%state, events)
       call distinguish_crossings(problem, run, trial, events)
-      call check_parent_path(problem, run, trial, events, home)
+      call find_known_bifurcation(problem, run, trial, events, home)
       findings%closes_branch = allocated(home)
       allocate (findings%seen(0))
       call locate_all(problem, step, run, trial, events, findings%seen)

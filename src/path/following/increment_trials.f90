@@ -8,7 +8,8 @@ module increment_trials
    use path_continuity, only: relation_t, relate, same_path, turned_over, too_far, at_corner
    use corner_turning, only: corner_t, find_corner_ahead, is_near
    use path_point, only: advance, path_point_t
-   use path_state, only: path_state_t, copy_path_state, path_tangent_of, turned_back
+   use path_state, only: path_state_t, copy_path_state, path_tangent_of
+   use known_path, only: retraces_path
    use span_start, only: begin_spans
    use stiffness_homotopy, only: is_stiff_start, take_stiff_start
    use path_outcome, only: outcome_t
@@ -134,7 +135,7 @@ contains
       if (attempt%off_path) then
          attempt%report%message = 'what equilibrium there is ahead lies on another path, or behind a loop of this one'
       else
-         attempt%off_path = turned_back(problem, run, attempt%trial)
+         attempt%off_path = retraces_path(problem, run, attempt%trial)
          if (attempt%off_path) attempt%report%message = 'the path turns round and leads back over the points that it has passed'
       end if
       ! A trial that was transferred from another mesh has been compared with the path on that mesh and remains accepted: on the new

@@ -14,7 +14,7 @@ module event_recording
    use path_control, only: path_length
    use path_point, only: path_point_t
    use path_state, only: path_state_t, keep_critical_point, append_recent_part, located_event_t
-   use branch_closure, only: on_parent_path, check_closure
+   use known_path, only: is_known_bifurcation, check_closure
    use contact_labels, only: contact_gained
    use path_events, only: event_t, event_stop, event_bifurcation, event_release, event_limit
    use event_search, only: same_place
@@ -51,7 +51,7 @@ contains
       finished = .false.
       associate (event => located_event%event, point => located_event%point)
          smooth = any(event%kind == [event_bifurcation, event_limit])
-         if (run%branch == 0 .and. smooth) outcome%home = on_parent_path(problem, run, point%state)
+         if (run%branch == 0 .and. smooth) outcome%home = is_known_bifurcation(problem, run, point%state)
          if (outcome%home) outcome%why = 'the path comes back to a bifurcation of its own at load factor '// &
             & to_text(point%state%load_factor)//': beyond lies what it has passed'
          if (event%kind == event_limit .and. .not. outcome%home) call check_closure(problem, run, point%state, event%label, outcome)
@@ -68,7 +68,7 @@ contains
          call announce(problem, run, critical, point, .true., recorder, outcome)
          if (allocated(outcome%why)) return
          if (smooth) then
-            if (on_parent_path(problem, run, point%state)) then
+            if (is_known_bifurcation(problem, run, point%state)) then
                finished = .true.
                critical = new_critical('EP', 'back on the path it left, at a bifurcation', located_event%bars)
             else if (event%meets .and. run%branch > 0) then

@@ -15,7 +15,7 @@ module path_acceptance
    use step_control, only: stop_met
    use contact_labels, only: contact_words
    use path_events, only: event_stop, event_bifurcation
-   use branch_closure, only: check_closure
+   use known_path, only: check_closure
    use event_search, only: findings_t, find_events, better_from_nearer, hides_release, turns_by_rounding, check_limit_shift, &
       & check_single_path, duplicates_of, beside, count_before, same_place
    use ordering, only: ascending

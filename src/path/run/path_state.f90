@@ -14,7 +14,7 @@ module path_state
    use mesh_request, only: refinement_t
    use critical_points, only: critical_point_t, critical_points_t, way_t
    use displacement_functional, only: monitor_change
-   use path_continuity, only: path_tangent_t, path_tangent_at, chord_between, goes_back, stands_still
+   use path_continuity, only: path_tangent_t, path_tangent_at, chord_between
    use path_record, only: region_t
    use path_point, only: path_point_t
    use linear_system, only: system_t
@@ -23,7 +23,7 @@ module path_state
    implicit none
    private
    public :: path_state_t, recent_path_t, slopes_t, onset_t, since_change_t, point_on_mesh_t, mesh_history_t, arrived_t, &
-      & copy_path_state, path_tangent_of, keep_critical_point, append_recent_part, turned_back, forget_mesh, rest_of_mesh, &
+      & copy_path_state, path_tangent_of, keep_critical_point, append_recent_part, forget_mesh, rest_of_mesh, &
       & small_load, located_event_t, note_balance
 
    integer, parameter :: rest_of_mesh = 10 !! number of accepted points after a refinement during which no coarser mesh is tried
@@ -187,28 +187,6 @@ contains
       call run%mesh%enriched%forget()
       if (allocated(run%mesh%before_coarsening)) deallocate (run%mesh%before_coarsening)
    end subroutine forget_mesh
-
-   !> True if a trial lies on the stored recent path, which means that the increment went backwards.
-   logical function turned_back(problem, run, trial)
-      type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run
-      type(path_point_t), intent(in) :: trial
-      real(wp) :: rise
-      integer :: k
-      ! If only the load changes, the displacements of the path tangent are rounding and cannot be compared. The path then goes back
-      ! if the load does: a load that turns hardly changes.
-      rise = trial%state%load_factor - run%last%state%load_factor
-      turned_back = stands_still(trial%tangent, rise)
-      if (turned_back) turned_back = rise * run%last%tangent%load < 0.0_wp
-      if (turned_back .or. .not. allocated(run%trail)) return
-      if (stands_still(trial%tangent, rise)) return
-      do k = 1, size(run%trail)
-         if (turned_back) return
-         associate (way => run%trail(k))
-            turned_back = goes_back(problem, way%from, way%to, way%chord, way%first, way%last, trial%state, trial%tangent)
-         end associate
-      end do
-   end function turned_back
 
    !> Adds the point recorded last to the critical points.
    subroutine keep_critical_point(problem, run, label, state, trial, part, arc_length, pivots, multiplicity, scale, bars, free, &

@@ -1,15 +1,30 @@
-!> Closure of a path: a branch returns to a bifurcation of its parent path, or a path returns to one of its own critical points. At
-!> a bifurcation two paths cross. On one of them the load may have an extremum there, an eigenvalue may reach zero without changing
-!> its sign, and no increment converges close to the bifurcation; but the position of the bifurcation is known from the parent path.
-!> A path that returns to one of its own limit points or contact changes is a closed loop or retraces itself.
-module branch_closure
+!> Does the path come back to what it has passed? A path that does would be followed twice, or for ever. The procedures differ in
+!> what they compare with which part of the known path, and in what the caller does then:
+!>
+!>   retraces_path           end of an increment, its tangent     last parts of the path           the increment is rejected
+!>   lies_before_change      equilibrium of another contact set   path up to the last change       the set is rejected
+!>   check_closure           limit point or contact change        such points of the path itself   the path ends
+!>   is_known_bifurcation    bifurcation or limit point           bifurcations (see below)         the path ends or passes it
+!>   find_known_bifurcation  whole increment                      bifurcations (see below)         the known place is taken
+!>
+!> The first two see the direction of the path: near its last points a path is where it was, so only going back tells. The others
+!> see places only. A path is at a known point if its distance from this point, over the arc length since the point (since the start
+!> of the path for bifurcations), is below the accuracy with which events are located.
+!>
+!> At a bifurcation two paths cross: known are the bifurcations of the parent path, if the run is on a branch, and earlier ones of
+!> the path itself. On one of the two paths the load may have an extremum there, an eigenvalue may reach zero without changing its
+!> sign, and no increment converges close to the bifurcation; but the position of the bifurcation is known from the other path. A
+!> path that returns to one of its own limit points or contact changes is a closed loop or retraces itself.
+module known_path
    use kinds, only: wp
    use text, only: to_text
    use problem, only: problem_t
    use rod_state, only: state_t
+   use rod_strips, only: same_kind
    use state_transfer, only: carry_to
-   use path_control, only: path_length
-   use path_continuity, only: relate, relation_t
+   use path_control, only: path_length, displacement_between, metric
+   use path_continuity, only: relate, relation_t, goes_back, stands_still
+   use contact_labels, only: is_contact_label
    use path_point, only: path_point_t, point_at, evaluate_tests
    use path_state, only: path_state_t, located_event_t
    use path_events, only: event_t, event_limit, event_bifurcation
@@ -17,7 +32,7 @@ module branch_closure
    use path_outcome, only: outcome_t
    implicit none
    private
-   public :: on_parent_path, check_parent_path, check_closure
+   public :: retraces_path, lies_before_change, check_closure, is_known_bifurcation, find_known_bifurcation
 
    real(wp), parameter :: near = 1.0e-4_wp !! largest distance from a known critical point, over the length of the path, at which
    !! the path counts as returned to that point: the accuracy with which events are located; with values from 1E-5 to 1E-3 every
@@ -25,23 +40,68 @@ module branch_closure
 
 contains
 
+   !> True if the increment went backwards: the trial lies on one of the last parts of the path, and its tangent points against
+   !> their direction.
+   logical function retraces_path(problem, run, trial) result(retraces)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: trial
+      real(wp) :: rise
+      integer :: k
+      ! If only the load changes, the displacements of the path tangent are rounding and cannot be compared. The path then goes back
+      ! if the load does: a load that turns hardly changes.
+      rise = trial%state%load_factor - run%last%state%load_factor
+      retraces = stands_still(trial%tangent, rise)
+      if (retraces) retraces = rise * run%last%tangent%load < 0.0_wp
+      if (retraces .or. .not. allocated(run%trail)) return
+      if (stands_still(trial%tangent, rise)) return
+      do k = 1, size(run%trail)
+         if (retraces) return
+         associate (way => run%trail(k))
+            retraces = goes_back(problem, way%from, way%to, way%chord, way%first, way%last, trial%state, trial%tangent)
+         end associate
+      end do
+   end function retraces_path
+
+   !> True if a contact set is that before the last contact change, and its equilibrium lies on the side of this change from which
+   !> the path came: the path has passed it, because the equilibria of one set form one curve through the change.
+   logical function lies_before_change(run, problem, state) result(before)
+      type(path_state_t), intent(in) :: run
+      type(problem_t), intent(in) :: problem     !! with the contact set in question
+      type(state_t), intent(in) :: state         !! equilibrium of this set
+      type(state_t) :: there
+      integer :: j
+      before = .false.
+      do j = size(run%critical_points%list), 1, -1
+         associate (change => run%critical_points%list(j))
+            if (.not. (change%label == '' .or. is_contact_label(change%label))) cycle
+            before = same_kind(problem%layout, change%problem%contact_span, problem%contact_span)
+            if (.not. before) return
+            there%geometry = change%state%geometry
+            call carry_to(problem, state, change%problem, there)
+            before = metric(change%problem, change%direction, displacement_between(change%problem, change%state, there)) < 0.0_wp
+            return
+         end associate
+      end do
+   end function lies_before_change
+
    !> True if `place` is a bifurcation of the parent path, or an earlier bifurcation of the path itself, beyond which the path is
    !> already known.
-   logical function on_parent_path(problem, run, place)
+   logical function is_known_bifurcation(problem, run, place) result(known)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(state_t), intent(in) :: place
       real(wp) :: travelled, distance
       integer :: j
-      on_parent_path = .false.
+      known = .false.
       if (.not. associated(run%home)) return
       travelled = run%arc_length - run%left_at + path_length(problem, run%last%state, place)
       do j = 1, size(run%home%list)
          if (run%home%list(j)%label /= 'BP') cycle
-         distance = path_length(problem, transferred_here(problem, place, run%home%list(j)), place)
-         on_parent_path = on_parent_path .or. (distance <= near * travelled .and. has_returned(run, run%home%list(j), distance))
+         distance = distance_from(problem, run%home%list(j), place)
+         known = known .or. (distance <= near * travelled .and. has_returned(run, run%home%list(j), distance))
       end do
-   end function on_parent_path
+   end function is_known_bifurcation
 
    !> Stops a path that returns to one of its own limit points or contact changes. The path returns if its distance from that point,
    !> divided by the arc length since then, is below the location accuracy.
@@ -58,8 +118,7 @@ contains
       do j = 1, size(run%critical_points%list)
          associate (critical_point => run%critical_points%list(j))
             if (critical_point%label(1:1) /= label(1:1)) cycle
-            if (.not. path_length(problem, transferred_here(problem, place, critical_point), &
-               & place) < near * (here - critical_point%arc_length)) cycle
+            if (.not. distance_from(problem, critical_point, place) < near * (here - critical_point%arc_length)) cycle
             outcome%home = .true.
             outcome%why = 'the path comes back to its point '//to_text(critical_point%point)//' at load factor '// &
                & to_text(critical_point%state%load_factor)//': beyond lies what it has passed'
@@ -68,9 +127,9 @@ contains
       end do
    end subroutine check_closure
 
-   !> Detects that an increment passes a bifurcation of the parent path. Events of this increment that only repeat this bifurcation
+   !> Detects that an increment passes a known bifurcation. Events of this increment that only repeat this bifurcation
    !> (a changed pivot count, an extremum of the load) are removed.
-   subroutine check_parent_path(problem, run, trial, events, home)
+   subroutine find_known_bifurcation(problem, run, trial, events, home)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
@@ -119,7 +178,7 @@ contains
          if (event%kind == event_limit) repeats_home = (place%load_factor - run%last%state%load_factor) * &
             & (place%load_factor - trial%state%load_factor) > 0.0_wp
       end function repeats_home
-   end subroutine check_parent_path
+   end subroutine find_known_bifurcation
 
    !> True if the path has returned to a bifurcation from which it had started or which it had passed. On a branch this is always
    !> so; on other paths only if the arc length since the bifurcation is more than twice the distance from it.
@@ -129,6 +188,14 @@ contains
       real(wp), intent(in) :: distance           !! arc length from the bifurcation
       has_returned = run%branch > 0 .or. run%arc_length - critical_point%arc_length > 2.0_wp * distance
    end function has_returned
+
+   !> Path length between a critical point and a place.
+   real(wp) function distance_from(problem, critical_point, place) result(distance)
+      type(problem_t), intent(in) :: problem
+      type(critical_point_t), intent(in) :: critical_point
+      type(state_t), intent(in) :: place
+      distance = path_length(problem, transferred_here(problem, place, critical_point), place)
+   end function distance_from
 
    !> State of a critical point, transferred to the mesh of `here`.
    function transferred_here(problem, here, critical_point) result(state)
@@ -143,4 +210,4 @@ contains
       state%geometry = here%geometry
       call carry_to(critical_point%problem, critical_point%state, problem, state)
    end function transferred_here
-end module branch_closure
+end module known_path
