@@ -244,7 +244,8 @@ def module(cards, foreign):
 
 def main():
     cards_file, output = map(pathlib.Path, sys.argv[1:])
-    model = re.sub(r"'// *&\s*&? *'", "", (cards_file.parent.parent / "model" / "model.f90").read_text(encoding="utf-8"))
+    modules = sorted((cards_file.parent.parent / "model").glob("*.f90"))
+    model = "".join(re.sub(r"'// *&\s*&? *'", "", module.read_text(encoding="utf-8")) for module in modules)
     constants = {"@" + name: words for name, words in re.findall(r"character\(\*\), parameter :: (\w+_words) = '([^']*)'", model)}
     output.write_text("\n".join(module(*read(cards_file, constants))) + "\n", encoding="utf-8")
 

@@ -6,7 +6,8 @@
 !> doubled.
 module mesh_request
    use kinds, only: wp
-   use model, only: monitor_t, quantity_displacement, quantity_section, section_moment
+   use model, only: monitor_t, quantity_displacement, quantity_section
+   use section_kinds, only: section_kind, section_stress
    use cross_section, only: outer_fibre
    use problem, only: problem_t
    use rod_state, only: state_t
@@ -395,7 +396,7 @@ contains
             if (monitor%quantity == quantity_displacement) then
                sizes(1 + m) = max(motion(merge(2, 1, monitor%component == 3)), place_rounding / asked * &
                   & merge(1.0_wp, problem%size, monitor%component == 3))
-            else if (monitor%quantity == quantity_section .and. (monitor%where .or. monitor%component > section_moment)) then
+            else if (of_section_alone(monitor)) then
                ! The reference of strains and stresses is proportional to that of the loads; the reference of a position is the
                ! structure's size.
                sizes(1 + m) = merge(problem%size, section_scale(problem, force_scale, monitor), monitor%where)
@@ -408,6 +409,13 @@ contains
       end do
    end function value_sizes
 
+   !> True if a monitor is a strain, a stress or a place: its reference is no force or moment of the structure.
+   pure logical function of_section_alone(monitor)
+      type(monitor_t), intent(in) :: monitor
+      of_section_alone = monitor%quantity == quantity_section
+      if (of_section_alone) of_section_alone = monitor%where .or. section_kind(monitor%component)%of_fibre
+   end function of_section_alone
+
    !> Reference value of a strain or stress: its value under the bending moment `force_scale` times the structure's size, in the
    !> stiffest observed section.
    pure real(wp) function section_scale(problem, force_scale, monitor) result(scale)
@@ -419,7 +427,7 @@ contains
       do i = 1, size(monitor%element)
          associate (section => problem%deck%section(problem%deck%mesh%section(monitor%element(i))))
             scale = max(scale, force_scale * problem%size * outer_fibre(section) / section%ei * merge(section%young, 1.0_wp, &
-               & monitor%component == 5))
+               & monitor%component == section_stress))
          end associate
       end do
    end function section_scale

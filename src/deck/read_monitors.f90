@@ -4,8 +4,8 @@
 module read_monitors
    use kinds, only: wp
    use text, only: to_text, same_name
-   use model, only: model_t, monitor_t, contact_print_t, quantity_reaction, quantity_contact, quantity_section, section_moment, &
-      & section_stress, step_t
+   use model, only: model_t, monitor_t, contact_print_t, quantity_reaction, quantity_contact, quantity_section, step_t
+   use section_kinds, only: section_kind
    use obstacle_types, only: obstacle_circle, obstacle_arc
    use cross_section, only: outer_fibre
    use item_values, only: component_dof
@@ -71,8 +71,8 @@ contains
       subroutine read_section_quantity()
          real(wp) :: length
          integer :: i
-         monitor%component = modulo(deck%integer('quantity') - 1, section_stress) + 1
-         monitor%where = deck%integer('quantity') > section_stress
+         monitor%component = modulo(deck%integer('quantity') - 1, size(section_kind)) + 1
+         monitor%where = deck%integer('quantity') > size(section_kind)
          monitor%largest = .not. deck%given('s')
          monitor%place = deck%real('s')
          if (monitor%where .and. deck%given('s')) call deck%wrong('s', 'the place of the largest value is looked for along the set')
@@ -82,7 +82,8 @@ contains
             associate (e => monitor%element(i))
                length = length + (model%mesh%s(2, e) - model%mesh%s(1, e))
                if (model%mesh%section(e) == 0) cycle ! another procedure reports this error
-               if (monitor%component > section_moment .and. .not. outer_fibre(model%section(model%mesh%section(e))) > 0.0_wp) then
+               if (section_kind(monitor%component)%of_fibre .and. &
+                  & .not. outer_fibre(model%section(model%mesh%section(e))) > 0.0_wp) then
                   call deck%wrong('quantity', element_words(model%mesh, e)//' has no shape with an outermost fibre; that takes '// &
                      'SECTION=RECT, CIRC or PIPE')
                   return

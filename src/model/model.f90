@@ -17,7 +17,6 @@ module model
    public :: family_ul2, family_ge
    public :: shape_none, shape_sine, shape_cosine, shape_clamped, shape_nodal
    public :: quantity_displacement, quantity_reaction, quantity_contact, quantity_section
-   public :: section_axial, section_shear, section_moment, section_strain, section_stress
    public :: method_words, parameter_words, same_component, supports
    public :: method_load, method_displacement, method_cylindrical, method_spherical, method_linearised, &
       & method_minimum_residual, method_variable_load, method_generalised, method_largest
@@ -32,9 +31,6 @@ module model
    integer, parameter :: shape_none = 0, shape_sine = 1, shape_cosine = 2, shape_clamped = 3, shape_nodal = 4
 
    integer, parameter :: quantity_displacement = 1, quantity_reaction = 2, quantity_contact = 3, quantity_section = 4
-   !> Section quantities, in the order of the deck's words. Each of the first words has a second word, for the place of the
-   !> quantity.
-   integer, parameter :: section_axial = 1, section_shear = 2, section_moment = 3, section_strain = 4, section_stress = 5
 
    !> Increment strategies. The deck names them by these words, in the order of the numbers.
    character(*), parameter :: method_words = 'LOAD|DISPLACEMENT|CYLINDRICAL|SPHERICAL|LINEARISED|MINIMUM RESIDUAL|'// &
@@ -177,7 +173,7 @@ module model
       character(name_length) :: name = ''
       integer :: quantity = quantity_displacement
       integer :: component = 1 !! 1, 2, 3: u, v, rotation, or the corresponding reaction (contact force: in x, in y, normal);
-      !! section quantities 1 to 5: N, Q, M, strain, stress
+      !! section quantity: row of the table section_kind
       integer :: obstacle = 0                   !! contact force: index of the obstacle whose reactions are summed
       integer, allocatable :: node(:) !! displacement: nodes over which the mean is taken; reaction: nodes over which the sum is
       !! taken

@@ -2,7 +2,9 @@
 !> Monitors refer to material points of the deck's elements, independent of the nodes of the mesh.
 module section_quantities
    use kinds, only: wp
-   use model, only: monitor_t, axial => section_axial, moment => section_moment, strain => section_strain, stress => section_stress
+   use model, only: monitor_t
+   use section_kinds, only: section_kind, axial => section_axial, moment => section_moment, strain => section_strain, &
+      & stress => section_stress
    use problem, only: problem_t
    use rod_state, only: state_t
    use rod_equations, only: inner_local_forces
@@ -60,7 +62,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau(:)            !! places in the element, 0 to 1 of its stress-free length
-      integer, intent(in) :: quantity           !! kind of quantity, section_axial etc.
+      integer, intent(in) :: quantity           !! row of the table section_kind
       real(wp), intent(in), optional :: sense(2) !! fixed signs, see section_place_t, with which the quantity is a smooth function
       !! of the state; default: N, Q, M with their signs, strain and stress positive
       real(wp) :: value(size(tau)), local(3, size(tau)), along(3), angle, signs(2)
@@ -76,7 +78,7 @@ contains
             local(1:2, i) = [cos(angle) * along(1) + sin(angle) * along(2), cos(angle) * along(2) - sin(angle) * along(1)]
          end do
       end if
-      if (quantity <= moment) then
+      if (.not. section_kind(quantity)%of_fibre) then
          value = local(quantity, :)
          if (present(sense)) value = sense(1) * value
          return
@@ -162,7 +164,7 @@ contains
       !> Sets the signs of the section forces at the point.
       subroutine set_sense()
          associate (e => place%element, tau => place%tau)
-            if (monitor%component > moment) then
+            if (section_kind(monitor%component)%of_fibre) then
                place%sense = sign(1.0_wp, [section_value(problem, state, e, tau, axial), section_value(problem, state, e, tau, &
                   & moment)])
             else if (monitor%largest) then

@@ -2,7 +2,8 @@
 module model_words
    use kinds, only: wp, degree
    use model, only: model_t, monitor_t, limit_curve_t, quantity_displacement, quantity_reaction, quantity_contact, &
-      & quantity_section, section_stress, contact_t
+      & quantity_section, contact_t
+   use section_kinds, only: section_kind
    use text, only: to_text, plural
    use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, ground_half_space, &
       & ground_pasternak
@@ -11,11 +12,6 @@ module model_words
    private
    public :: monitor_units, monitor_description, parameter_units, parameter_object, obstacle_text, contact_text, kind_name, &
       & side_name, points_name
-
-   !> Section quantities and their units, in the order of monitor_t%component.
-   character(*), parameter :: section_quantity(section_stress) = [character(12) :: 'normal force', 'shear force', 'moment', &
-      & 'strain', 'stress']
-   character(*), parameter :: section_unit(section_stress) = [character(14) :: 'force', 'force', 'moment', '1', 'force/length^2']
 
    !> Units, in words, of the parameters of limit curves, in the order of the parameters' words in the deck; '1' for a factor.
    character(*), parameter :: parameter_units(6) = [character(16) :: 'force / length^2', 'length', '1', 'force', &
@@ -31,7 +27,7 @@ contains
       type(monitor_t), intent(in) :: monitor
       character(:), allocatable :: units
       if (monitor%quantity == quantity_section) then
-         units = trim(section_unit(monitor%component))
+         units = trim(section_kind(monitor%component)%units)
          if (monitor%where) units = 'length'
       else if (monitor%quantity == quantity_displacement) then
          units = 'length'
@@ -52,7 +48,7 @@ contains
          & 'reaction in x', 'reaction in y', 'reaction moment'], [3, 2]) ! in the order of quantity_...
       character(*), parameter :: contact(2) = ['in x', 'in y']
       if (monitor%quantity == quantity_section) then
-         description = trim(section_quantity(monitor%component))
+         description = trim(section_kind(monitor%component)%name)
          if (monitor%where) then
             description = 'place of the largest '//description
          else if (monitor%largest) then
