@@ -224,16 +224,31 @@ def test_folders_of_the_page_for_developers_are_those_of_the_source():
         assert set(re.findall(r"`(\w+)`", modules)) <= there, folders
 
 
-def test_folders_of_the_source_use_each_other_one_way():
-    """Whatever a folder uses, directly or through others, does not use it in turn: no model knows of cards, nor an element of paths."""
-    files = list((INPUT.parent / "src").glob("*/**/*.f90"))
-    folder = {path.stem: path.relative_to(INPUT.parent / "src").parts[0] for path in files}
+def folders_used_by_folders(parent):
+    """Of the folders in a folder: those whose modules each of them uses."""
+    files = list(parent.glob("*/**/*.f90"))
+    folder = {path.stem: path.relative_to(parent).parts[0] for path in files}
     used = {name: set() for name in folder.values()}
     for path in files:
         modules = re.findall(r"^ *use (\w+)", path.read_text(encoding="utf-8"), re.MULTILINE)
         used[folder[path.stem]] |= {folder[name] for name in modules if name in folder} - {folder[path.stem]}
+    return used
+
+
+def test_folders_of_the_source_use_each_other_one_way():
+    """Whatever a folder uses, directly or through others, does not use it in turn: no model knows of cards, nor an element of paths."""
+    used = folders_used_by_folders(INPUT.parent / "src")
     assert {"base", "model"} <= used["deck"]
     graphlib.TopologicalSorter(used).prepare()  # an error names a circle
+
+
+def test_folders_of_the_path_use_only_those_above_them_on_the_page():
+    used = folders_used_by_folders(INPUT.parent / "src" / "path")
+    table = page("developers").split("| folder in `src/path` |")[1].split("\n\n")[0]
+    above = re.findall(r"^\| `(\w+)` \|", table, re.MULTILINE)
+    assert set(above) == set(used)
+    wrong = {name: used[name] - set(above[:place]) for place, name in enumerate(above)}
+    assert not any(wrong.values()), wrong
 
 
 def test_modules_beside_the_diagrams_of_the_theory_are_there():

@@ -4,12 +4,9 @@ module entering_contact_set
    use model, only: step_t
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
-   use other_set, only: other_set_t, release_held_twice
-   use state_transfer, only: carried, carried_field
-   use path_control, only: displacement_between
-   use path_continuity, only: path_tangent_at
+   use other_set, only: other_set_t, on_next_mesh, is_there
    use path_events, only: event_t, new_test_values, detect_events, value_events
-   use path_point, only: path_point_t, point_at, evaluate_tests
+   use path_point, only: evaluate_tests
    use trial_request, only: request_t
    use mesh_transfer, only: refine_point
    use path_state, only: path_state_t, copy_path_state, path_tangent_of, forget_mesh
@@ -19,7 +16,7 @@ module entering_contact_set
    use path_record, only: recorder_t
    implicit none
    private
-   public :: go_to_next, replace_set, passes_value, on_next_mesh
+   public :: go_to_next, replace_set, passes_value
 
 contains
 
@@ -132,46 +129,4 @@ contains
       run%last = next%path_point_t
       call evaluate_tests(problem, run%last)
    end subroutine replace_set
-
-   !> The run at its present point, but on the mesh of the next set, with the path tangent towards the known equilibrium of this
-   !> set.
-   function on_next_mesh(problem, run, next) result(on)
-      type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run
-      type(other_set_t), intent(in) :: next
-      type(path_state_t) :: on
-      type(state_t) :: state
-      real(wp) :: rise
-      call copy_path_state(run, on)
-      on%spans_begun = max(run%spans_begun, maxval(next%problem%contact_span%number))
-      call forget_mesh(on)
-      ! The point need not be in equilibrium on that mesh: its tangent and test values are those of the next set's equilibrium.
-      state = carried(problem, run%last%state, next%problem)
-      call release_held_twice(next%problem, state)
-      on%last = point_at(next%problem, state)
-      associate (here => on%last)
-         rise = next%state%load_factor - here%state%load_factor
-         ! A chord between two meshes may be shorter than their difference, so a known tangent comes first.
-         if (allocated(next%tangent%u)) then
-            here%tangent = next%tangent
-         else if (is_there(on, next)) then
-            here%tangent = path_tangent_at(next%problem, next%system, carried_field(problem, run%last%state, &
-               & run%last%tangent%u, next%problem, here%state), run%last%tangent%load)
-         else
-            here%tangent = path_tangent_at(next%problem, next%system, displacement_between(next%problem, here%state, next%state), &
-               & rise)
-         end if
-         here%test_values = new_test_values(next%problem, here%state, next%system, here%tangent%load)
-      end associate
-   end function on_next_mesh
-
-   !> True if the run's point and the next set's state have the same load within the rounding of a few operations, as in
-   !> rounding_gap: they are one equilibrium on two meshes.
-   pure logical function is_there(run, next)
-      type(path_state_t), intent(in) :: run
-      type(other_set_t), intent(in) :: next
-      associate (load => run%last%state%load_factor)
-         is_there = abs(next%state%load_factor - load) <= 8.0_wp * epsilon(load) * abs(load)
-      end associate
-   end function is_there
 end module entering_contact_set

@@ -21,13 +21,13 @@ module span_changes
    use closing_spans, only: about_to_close, close_spans
    use contact_change_types, only: step_interval_t, change_t, new_interval, change_none, change_missed, change_located, &
       & place_within, place_here, place_ahead
-   use other_set, only: other_set_t
+   use other_set, only: other_set_t, on_next_mesh
    use span_events, only: find_change
    use minima_of_tests, only: check_between
    use simultaneous_tests, only: coming_next
    use span_candidates, only: present_contact_spans
    use beginning_place, only: on_other_obstacle
-   use entering_contact_set, only: go_to_next, on_next_mesh
+   use entering_contact_set, only: go_to_next
    use remeshing, only: request_finer_mesh
    use span_mesh, only: request_double_mesh
    use continuing_with_set, only: begin_located

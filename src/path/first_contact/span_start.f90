@@ -5,8 +5,7 @@ module span_start
    use rod_state, only: candidate_gap, may_react
    use contact_spans, only: contact_span_t
    use span_problem, only: new_span_problem, new_sampled_problem, place_spans
-   use other_set, only: other_set_t
-   use entering_contact_set, only: on_next_mesh
+   use other_set, only: other_set_t, on_next_mesh
    use nodes_to_spans, only: find_spans_ahead, most_increments
    use set_onset, only: go_back
    use corrector, only: increment_t

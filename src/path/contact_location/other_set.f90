@@ -1,4 +1,5 @@
-!> Another contact set with its equilibrium: transferred from a state of the present set and solved at any load factor.
+!> Another contact set with its equilibrium: transferred from a state of the present set and solved at any load factor. The run can
+!> be put on the mesh of such a set.
 module other_set
    use kinds, only: wp, parallel
    use model, only: method_load
@@ -11,13 +12,17 @@ module other_set
    use test_kinds, only: span_test_t, any_fails
    use span_tests, only: run_span_tests
    use touchdown_points, only: with_held
-   use state_transfer, only: carried
-   use path_control, only: control_t
-   use path_point, only: path_point_t
+   use state_transfer, only: carried, carried_field
+   use path_control, only: control_t, displacement_between
+   use path_continuity, only: path_tangent_at
+   use path_events, only: new_test_values
+   use path_point, only: path_point_t, point_at
+   use path_state, only: path_state_t, copy_path_state, forget_mesh
    use corrector, only: increment_t, correct
    implicit none
    private
-   public :: other_set_t, copy_other_set, new_other_set, release_held_twice, find_equilibrium, go_to_load, tests_of, passes_tests
+   public :: other_set_t, copy_other_set, new_other_set, find_equilibrium, go_to_load, tests_of, passes_tests, &
+      & on_next_mesh, is_there
 
    !> Point of the path with another contact set, found before the run accepts this set. Its tangent is the set's own path tangent,
    !> in the direction in which the path continues; it is not allocated at the start of a step, where nothing has been displaced
@@ -137,4 +142,46 @@ contains
       type(other_set_t), intent(in) :: next
       passes_tests = .not. any_fails(tests_of(next))
    end function passes_tests
+
+   !> The run at its present point, but on the mesh of the next set, with the path tangent towards the known equilibrium of this
+   !> set.
+   function on_next_mesh(problem, run, next) result(on)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(in) :: run
+      type(other_set_t), intent(in) :: next
+      type(path_state_t) :: on
+      type(state_t) :: state
+      real(wp) :: rise
+      call copy_path_state(run, on)
+      on%spans_begun = max(run%spans_begun, maxval(next%problem%contact_span%number))
+      call forget_mesh(on)
+      ! The point need not be in equilibrium on that mesh: its tangent and test values are those of the next set's equilibrium.
+      state = carried(problem, run%last%state, next%problem)
+      call release_held_twice(next%problem, state)
+      on%last = point_at(next%problem, state)
+      associate (here => on%last)
+         rise = next%state%load_factor - here%state%load_factor
+         ! A chord between two meshes may be shorter than their difference, so a known tangent comes first.
+         if (allocated(next%tangent%u)) then
+            here%tangent = next%tangent
+         else if (is_there(on, next)) then
+            here%tangent = path_tangent_at(next%problem, next%system, carried_field(problem, run%last%state, &
+               & run%last%tangent%u, next%problem, here%state), run%last%tangent%load)
+         else
+            here%tangent = path_tangent_at(next%problem, next%system, displacement_between(next%problem, here%state, next%state), &
+               & rise)
+         end if
+         here%test_values = new_test_values(next%problem, here%state, next%system, here%tangent%load)
+      end associate
+   end function on_next_mesh
+
+   !> True if the run's point and the next set's state have the same load within the rounding of a few operations, as in
+   !> rounding_gap: they are one equilibrium on two meshes.
+   pure logical function is_there(run, next)
+      type(path_state_t), intent(in) :: run
+      type(other_set_t), intent(in) :: next
+      associate (load => run%last%state%load_factor)
+         is_there = abs(next%state%load_factor - load) <= 8.0_wp * epsilon(load) * abs(load)
+      end associate
+   end function is_there
 end module other_set
