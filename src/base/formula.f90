@@ -15,213 +15,241 @@ module formula
    character(*), parameter :: reserved = one_argument//'|min|max|pi'
    integer, parameter :: deepest = 100 !! largest depth of nested brackets, signs and powers
 
+   !> A formula that is being read. Each procedure read_... reads the part that begins at `at` and gives its value.
+   type :: reading_t
+      character(:), pointer :: string => null()          !! the formula
+      character(:), pointer :: known => null()           !! permitted names, between bars
+      real(wp), pointer :: value(:) => null()            !! values of the known names
+      character(:), allocatable :: wrong                 !! description of the first error; '': none
+      integer :: at = 1                                  !! position in the formula
+      integer :: depth = 0                               !! level of nesting
+   end type reading_t
+
 contains
 
    !> Evaluates a formula.
    subroutine evaluate(string, known, value, result, wrong)
-      character(*), intent(in) :: string                 !! the formula
-      character(*), intent(in) :: known                  !! permitted names, between bars; case is ignored
-      real(wp), intent(in) :: value(:)                   !! values of the known names
+      character(*), intent(in), target :: string         !! the formula
+      character(*), intent(in), target :: known          !! permitted names, between bars; case is ignored
+      real(wp), intent(in), target :: value(:)           !! values of the known names
       real(wp), intent(out) :: result                    !! value of the formula, finite; 0 after an error
       character(:), allocatable, intent(out) :: wrong    !! description of the error, in words; '' if there is none
-      integer :: at, depth     ! position in the formula; level of nesting
-      at = 1
-      depth = 0
-      wrong = ''
-      call read_level(1, result)
-      if (next() /= '') call object('unexpected '''//next()//'''')
+      type(reading_t) :: reading
+      reading%string => string
+      reading%known => known
+      reading%value => value
+      reading%wrong = ''
+      call read_level(reading, 1, result)
+      if (next(reading) /= '') call object(reading, 'unexpected '''//next(reading)//'''')
+      call move_alloc(reading%wrong, wrong)
       if (wrong /= '') result = 0.0_wp
-
-   contains
-
-      !> Reads operands joined by the operators of a level: level 1 are sums of products, level 2 products of signed powers.
-      recursive subroutine read_level(level, x)
-         integer, intent(in) :: level
-         real(wp), intent(out) :: x
-         character(2), parameter :: operators(2) = ['+-', '*/']
-         real(wp) :: y
-         character(1) :: operator
-         if (level > size(operators)) then
-            call read_signed(x)
-            return
-         end if
-         call read_level(level + 1, x)
-         do while (scan(next(), operators(level)) == 1)
-            operator = next()
-            call step()
-            call read_level(level + 1, y)
-            if (wrong /= '') return
-            call combine(operator, x, y, wrong)
-         end do
-      end subroutine read_level
-
-      recursive subroutine read_signed(x)
-         real(wp), intent(out) :: x
-         character(1) :: sign
-         x = 0.0_wp
-         if (scan(next(), '+-') == 0) then
-            call read_power(x)
-            return
-         end if
-         sign = next()
-         call step()
-         call deeper()
-         call read_signed(x)
-         depth = depth - 1
-         if (sign == '-') x = -x
-      end subroutine read_signed
-
-      recursive subroutine read_power(x)
-         real(wp), intent(out) :: x
-         real(wp) :: y
-         call read_operand(x)
-         if (next() /= '*') return
-         if (index(string(place():), '**') /= 1) return
-         call step()
-         call step()
-         call deeper()
-         call read_signed(y)
-         depth = depth - 1
-         if (wrong == '') call raise(x, y, wrong)
-      end subroutine read_power
-
-      !> Reads a number, a name, a function or a sum in brackets.
-      recursive subroutine read_operand(x)
-         real(wp), intent(out) :: x
-         character(1) :: letter
-         x = 0.0_wp
-         letter = next()
-         if (letter == '') then
-            call object('something is missing at the end')
-         else if (letter == '(') then
-            call step()
-            call deeper()
-            call read_level(1, x)
-            depth = depth - 1
-            call close_bracket()
-         else if (scan(letter, digits//'.') == 1) then
-            call read_number(x)
-         else if (scan(letter, letters) == 1) then
-            call read_name(x)
-         else
-            call object('unexpected '''//letter//'''')
-         end if
-      end subroutine read_operand
-
-      subroutine read_number(x)
-         real(wp), intent(out) :: x
-         integer :: first, last
-         logical :: ok
-         first = place()
-         last = first + span_of(string(first:), digits//'.') - 1
-         ! An exponent with its sign belongs to the number: 1e-3.
-         if (last < len(string)) then
-            if (scan(string(last + 1:last + 1), 'eEdD') == 1) then
-               last = last + 1
-               if (last < len(string)) then
-                  if (scan(string(last + 1:last + 1), '+-') == 1) last = last + 1
-               end if
-               last = last + span_of(string(last + 1:), digits)
-            end if
-         end if
-         call parse_real(string(first:last), x, ok)
-         if (.not. ok .and. x > 0.0_wp) then
-            call object(quoted(string(first:last))//' is too large; numbers are below 1e308')
-         else if (.not. ok) then
-            call object(quoted(string(first:last))//' is not a number')
-         end if
-         at = last + 1
-      end subroutine read_number
-
-      recursive subroutine read_name(x)
-         real(wp), intent(out) :: x
-         character(:), allocatable :: name
-         integer :: first, i
-         first = place()
-         at = first + span_of(string(first:), letters//digits)
-         name = string(first:at - 1)
-         x = 0.0_wp
-         if (next() == '(') then
-            call read_function(name, x)
-         else if (same_name(name, 'pi')) then
-            x = pi
-         else
-            i = word_index(known, name)
-            if (i > 0) then
-               x = value(i)
-            else if (is_reserved(name)) then
-               call object('an opening bracket is missing after '//quoted(name))
-            else
-               call object('no parameter '''//quoted(name)//''' stands above'//guess(known, name))
-            end if
-         end if
-      end subroutine read_name
-
-      recursive subroutine read_function(name, x)
-         character(*), intent(in) :: name
-         real(wp), intent(out) :: x
-         real(wp) :: y
-         integer :: i
-         x = 0.0_wp
-         if (same_name(name, 'pi') .or. .not. is_reserved(name)) then
-            call object('no function '''//quoted(name)//''''//guess(reserved, name))
-            return
-         end if
-         call step()
-         call deeper()
-         call read_level(1, x)
-         if (word_index('min|max', name) > 0) then
-            do while (next() == ',')
-               call step()
-               call read_level(1, y)
-               if (same_name(name, 'min')) x = min(x, y)
-               if (same_name(name, 'max')) x = max(x, y)
-            end do
-         end if
-         depth = depth - 1
-         call close_bracket()
-         i = word_index(one_argument, name)
-         if (wrong == '' .and. i > 0) call apply(word_at(one_argument, i), x, wrong)
-      end subroutine read_function
-
-      !> Position of the next character that is not blank. At the end of the text, and after an error, it is the position behind the
-      !> text, so that every loop ends.
-      integer function place()
-         place = 0
-         if (wrong == '') place = verify(string(at:), blanks)
-         place = merge(at - 1 + place, len(string) + 1, place > 0)
-      end function place
-
-      !> The next character that is not blank; at the end a blank.
-      character(1) function next()
-         next = ''
-         if (place() <= len(string)) next = string(place():place())
-      end function next
-
-      !> Moves to the character after the next one.
-      subroutine step()
-         at = place() + 1
-      end subroutine step
-
-      !> Moves past a closing bracket, which must be the next character.
-      subroutine close_bracket()
-         if (next() == '') call object('a closing bracket is missing')
-         if (next() /= ')') call object('unexpected '''//next()//'''')
-         call step()
-      end subroutine close_bracket
-
-      !> Counts one more level of nesting.
-      subroutine deeper()
-         depth = depth + 1
-         if (depth > deepest) call object('too many brackets inside each other')
-      end subroutine deeper
-
-      !> Stores an error, unless an error is stored already.
-      subroutine object(message)
-         character(*), intent(in) :: message
-         if (wrong == '') wrong = message
-      end subroutine object
    end subroutine evaluate
+
+   !> Reads operands joined by the operators of a level: level 1 are sums of products, level 2 products of signed powers.
+   recursive subroutine read_level(reading, level, x)
+      type(reading_t), intent(inout) :: reading
+      integer, intent(in) :: level
+      real(wp), intent(out) :: x
+      character(2), parameter :: operators(2) = ['+-', '*/']
+      real(wp) :: y
+      character(1) :: operator
+      if (level > size(operators)) then
+         call read_signed(reading, x)
+         return
+      end if
+      call read_level(reading, level + 1, x)
+      do while (scan(next(reading), operators(level)) == 1)
+         operator = next(reading)
+         call step(reading)
+         call read_level(reading, level + 1, y)
+         if (reading%wrong /= '') return
+         call combine(operator, x, y, reading%wrong)
+      end do
+   end subroutine read_level
+
+   !> Reads a power with its signs.
+   recursive subroutine read_signed(reading, x)
+      type(reading_t), intent(inout) :: reading
+      real(wp), intent(out) :: x
+      character(1) :: sign
+      x = 0.0_wp
+      if (scan(next(reading), '+-') == 0) then
+         call read_power(reading, x)
+         return
+      end if
+      sign = next(reading)
+      call step(reading)
+      call deeper(reading)
+      call read_signed(reading, x)
+      reading%depth = reading%depth - 1
+      if (sign == '-') x = -x
+   end subroutine read_signed
+
+   !> Reads an operand and its exponent, if there is one.
+   recursive subroutine read_power(reading, x)
+      type(reading_t), intent(inout) :: reading
+      real(wp), intent(out) :: x
+      real(wp) :: y
+      call read_operand(reading, x)
+      if (next(reading) /= '*') return
+      if (index(reading%string(place(reading):), '**') /= 1) return
+      call step(reading)
+      call step(reading)
+      call deeper(reading)
+      call read_signed(reading, y)
+      reading%depth = reading%depth - 1
+      if (reading%wrong == '') call raise(x, y, reading%wrong)
+   end subroutine read_power
+
+   !> Reads a number, a name, a function or a sum in brackets.
+   recursive subroutine read_operand(reading, x)
+      type(reading_t), intent(inout) :: reading
+      real(wp), intent(out) :: x
+      character(1) :: letter
+      x = 0.0_wp
+      letter = next(reading)
+      if (letter == '') then
+         call object(reading, 'something is missing at the end')
+      else if (letter == '(') then
+         call step(reading)
+         call deeper(reading)
+         call read_level(reading, 1, x)
+         reading%depth = reading%depth - 1
+         call close_bracket(reading)
+      else if (scan(letter, digits//'.') == 1) then
+         call read_number(reading, x)
+      else if (scan(letter, letters) == 1) then
+         call read_name(reading, x)
+      else
+         call object(reading, 'unexpected '''//letter//'''')
+      end if
+   end subroutine read_operand
+
+   !> Reads a number.
+   subroutine read_number(reading, x)
+      type(reading_t), intent(inout) :: reading
+      real(wp), intent(out) :: x
+      integer :: first, last
+      logical :: ok
+      first = place(reading)
+      last = first + span_of(reading%string(first:), digits//'.') - 1
+      ! An exponent with its sign belongs to the number: 1e-3.
+      if (last < len(reading%string)) then
+         if (scan(reading%string(last + 1:last + 1), 'eEdD') == 1) then
+            last = last + 1
+            if (last < len(reading%string)) then
+               if (scan(reading%string(last + 1:last + 1), '+-') == 1) last = last + 1
+            end if
+            last = last + span_of(reading%string(last + 1:), digits)
+         end if
+      end if
+      call parse_real(reading%string(first:last), x, ok)
+      if (.not. ok .and. x > 0.0_wp) then
+         call object(reading, quoted(reading%string(first:last))//' is too large; numbers are below 1e308')
+      else if (.not. ok) then
+         call object(reading, quoted(reading%string(first:last))//' is not a number')
+      end if
+      reading%at = last + 1
+   end subroutine read_number
+
+   !> Reads a name, or a function with its arguments.
+   recursive subroutine read_name(reading, x)
+      type(reading_t), intent(inout) :: reading
+      real(wp), intent(out) :: x
+      character(:), allocatable :: name
+      integer :: first, i
+      first = place(reading)
+      reading%at = first + span_of(reading%string(first:), letters//digits)
+      name = reading%string(first:reading%at - 1)
+      x = 0.0_wp
+      if (next(reading) == '(') then
+         call read_function(reading, name, x)
+      else if (same_name(name, 'pi')) then
+         x = pi
+      else
+         i = word_index(reading%known, name)
+         if (i > 0) then
+            x = reading%value(i)
+         else if (is_reserved(name)) then
+            call object(reading, 'an opening bracket is missing after '//quoted(name))
+         else
+            call object(reading, 'no parameter '''//quoted(name)//''' stands above'//guess(reading%known, name))
+         end if
+      end if
+   end subroutine read_name
+
+   !> Reads the arguments of a function, from the opening bracket, and applies it.
+   recursive subroutine read_function(reading, name, x)
+      type(reading_t), intent(inout) :: reading
+      character(*), intent(in) :: name
+      real(wp), intent(out) :: x
+      real(wp) :: y
+      integer :: i
+      x = 0.0_wp
+      if (same_name(name, 'pi') .or. .not. is_reserved(name)) then
+         call object(reading, 'no function '''//quoted(name)//''''//guess(reserved, name))
+         return
+      end if
+      call step(reading)
+      call deeper(reading)
+      call read_level(reading, 1, x)
+      if (word_index('min|max', name) > 0) then
+         do while (next(reading) == ',')
+            call step(reading)
+            call read_level(reading, 1, y)
+            if (same_name(name, 'min')) x = min(x, y)
+            if (same_name(name, 'max')) x = max(x, y)
+         end do
+      end if
+      reading%depth = reading%depth - 1
+      call close_bracket(reading)
+      i = word_index(one_argument, name)
+      if (reading%wrong == '' .and. i > 0) call apply(word_at(one_argument, i), x, reading%wrong)
+   end subroutine read_function
+
+   !> Position of the next character that is not blank. At the end of the text, and after an error, it is the position behind the
+   !> text, so that every loop ends.
+   integer function place(reading)
+      type(reading_t), intent(in) :: reading
+      place = 0
+      if (reading%wrong == '') place = verify(reading%string(reading%at:), blanks)
+      place = merge(reading%at - 1 + place, len(reading%string) + 1, place > 0)
+   end function place
+
+   !> The next character that is not blank; at the end a blank.
+   character(1) function next(reading)
+      type(reading_t), intent(in) :: reading
+      next = ''
+      if (place(reading) <= len(reading%string)) next = reading%string(place(reading):place(reading))
+   end function next
+
+   !> Moves to the character after the next one.
+   subroutine step(reading)
+      type(reading_t), intent(inout) :: reading
+      reading%at = place(reading) + 1
+   end subroutine step
+
+   !> Moves past a closing bracket, which must be the next character.
+   subroutine close_bracket(reading)
+      type(reading_t), intent(inout) :: reading
+      if (next(reading) == '') call object(reading, 'a closing bracket is missing')
+      if (next(reading) /= ')') call object(reading, 'unexpected '''//next(reading)//'''')
+      call step(reading)
+   end subroutine close_bracket
+
+   !> Counts one more level of nesting.
+   subroutine deeper(reading)
+      type(reading_t), intent(inout) :: reading
+      reading%depth = reading%depth + 1
+      if (reading%depth > deepest) call object(reading, 'too many brackets inside each other')
+   end subroutine deeper
+
+   !> Stores an error, unless an error is stored already.
+   subroutine object(reading, message)
+      type(reading_t), intent(inout) :: reading
+      character(*), intent(in) :: message
+      if (reading%wrong == '') reading%wrong = message
+   end subroutine object
 
    !> Replaces x by the sum, difference, product or quotient of x and y.
    pure subroutine combine(operator, x, y, wrong)

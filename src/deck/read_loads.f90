@@ -67,258 +67,292 @@ contains
    subroutine read_line(deck, model, prescribed_in, shrunk_in, load)
       type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(in) :: model
-      integer, intent(inout) :: prescribed_in(:, :), shrunk_in(:)
-      type(load_t), intent(inout) :: load
+      integer, intent(inout) :: prescribed_in(:, :), shrunk_in(:) !! see read_load_cards
+      type(load_t), intent(inout) :: load        !! loads of the step
       select case (deck%at%keyword)
       case ('CLOAD')
-         call read_node_load()
+         call read_node_load(deck, model, load)
       case ('POLE LOAD')
-         call read_pole_load()
+         call read_pole_load(deck, model, load)
       case ('DLOAD')
-         call read_element_load()
+         call read_element_load(deck, model, load)
       case ('LIQUID')
-         call read_liquid()
+         call read_liquid(deck, model, load)
       case ('TEMPERATURE')
-         call read_temperature()
+         call read_temperature(deck, model, load)
       case ('OBSTACLE MOTION')
-         call read_motion()
+         call read_motion(deck, model, load)
       case ('CONTACT INTERFERENCE')
-         call read_interference()
+         call read_interference(deck, model, shrunk_in, load)
       case ('BOUNDARY')
-         call read_displacement()
+         call read_displacement(deck, model, prescribed_in, load)
       end select
+   end subroutine read_line
 
-   contains
+   !> Reads a data line of *CLOAD: node or set, dof, magnitude.
+   subroutine read_node_load(deck, model, load)
+      type(checked_deck_t), intent(inout) :: deck
+      type(model_t), intent(in) :: model
+      type(load_t), intent(inout) :: load
+      integer, allocatable :: nodes(:)
+      integer :: dof
+      nodes = deck%nodes('node or set')
+      dof = deck%integer('dof')
+      if (.not. deck%on_elements('node or set', model%mesh, nodes, ' and cannot carry a load')) return
+      load%node_force(dof, nodes) = load%node_force(dof, nodes) + deck%real('magnitude')
+   end subroutine read_node_load
 
-      !> Reads a data line of *CLOAD: node or set, dof, magnitude.
-      subroutine read_node_load()
-         integer, allocatable :: nodes(:)
-         integer :: dof
-         nodes = deck%nodes('node or set')
-         dof = deck%integer('dof')
-         if (.not. deck%on_elements('node or set', model%mesh, nodes, ' and cannot carry a load')) return
-         load%node_force(dof, nodes) = load%node_force(dof, nodes) + deck%real('magnitude')
-      end subroutine read_node_load
-
-      !> Reads a data line of *POLE LOAD: node or set, magnitude, x, y.
-      subroutine read_pole_load()
-         integer, allocatable :: nodes(:)
-         real(wp) :: pole(2)
-         integer :: i
-         pole = [deck%real('x'), deck%real('y')]
-         nodes = deck%nodes('node or set')
-         if (.not. deck%on_elements('node or set', model%mesh, nodes, ' and cannot carry a load')) return
-         do i = 1, size(nodes)
-            if (norm2(pole - model%mesh%x(:, nodes(i))) <= 0.0_wp) then
-               call deck%wrong('x', node_words(model%mesh, nodes(i))//' begins at this point: the force has no direction there')
-               return
-            end if
-            load%pole_load = [load%pole_load, pole_load_t(nodes(i), deck%real('magnitude'), pole)]
-         end do
-      end subroutine read_pole_load
-
-      !> Reads a data line of *DLOAD: element or set, type, magnitude, direction.
-      subroutine read_element_load()
-         integer, allocatable :: elements(:)
-         type(distributed_t) :: magnitude
-         real(wp) :: direction(2)
-         elements = deck%elements('element or set')
-         call read_distributed(deck, model, 'magnitude', elements, magnitude)
-         if (deck%word('type') == 'GRAV') then
-            direction = [deck%real('x direction'), deck%real('y direction')]
-            if (.not. deck%given('x direction')) then
-               call deck%wrong('x direction', 'GRAV needs a direction: x direction, y direction')
-            else if (.not. deck%given('y direction')) then
-               call deck%wrong('y direction', 'GRAV needs a direction: x direction, y direction')
-            else if (norm2(direction) <= 0.0_wp) then
-               call deck%wrong('x direction', 'the direction has no length')
-            else
-               call add_weight(elements, magnitude, direction / norm2(direction))
-            end if
-            return
-         else if (deck%count('x direction') > 0) then
-            call deck%wrong('x direction', 'a direction goes with GRAV only')
+   !> Reads a data line of *POLE LOAD: node or set, magnitude, x, y.
+   subroutine read_pole_load(deck, model, load)
+      type(checked_deck_t), intent(inout) :: deck
+      type(model_t), intent(in) :: model
+      type(load_t), intent(inout) :: load
+      integer, allocatable :: nodes(:)
+      real(wp) :: pole(2)
+      integer :: i
+      pole = [deck%real('x'), deck%real('y')]
+      nodes = deck%nodes('node or set')
+      if (.not. deck%on_elements('node or set', model%mesh, nodes, ' and cannot carry a load')) return
+      do i = 1, size(nodes)
+         if (norm2(pole - model%mesh%x(:, nodes(i))) <= 0.0_wp) then
+            call deck%wrong('x', node_words(model%mesh, nodes(i))//' begins at this point: the force has no direction there')
             return
          end if
-         select case (deck%word('type'))
-         case ('PX')
-            call add_dead_load(elements, magnitude, [1.0_wp, 0.0_wp])
-         case ('PY')
-            call add_dead_load(elements, magnitude, [0.0_wp, 1.0_wp])
-         case ('PT')
-            call add_line(elements, line_load_t(magnitude, [1.0_wp, 0.0_wp], along_axis=.true.))
-         case ('PN')
-            call add_line(elements, line_load_t(magnitude, [0.0_wp, 1.0_wp], along_axis=.true.))
-         case ('P')
-            if (magnitude%distribution > 0) call deck%wrong('magnitude', 'a pressure that follows the rod is the same along '// &
-               'it, or that of a *LIQUID; PN, a dead load to the left, may vary')
-            load%pressure(elements) = load%pressure(elements) + magnitude%value
-         end select
-      end subroutine read_element_load
+         load%pole_load = [load%pole_load, pole_load_t(nodes(i), deck%real('magnitude'), pole)]
+      end do
+   end subroutine read_pole_load
 
-      !> Adds a dead load whose direction is the same everywhere.
-      subroutine add_dead_load(elements, magnitude, direction)
-         integer, intent(in) :: elements(:)
-         type(distributed_t), intent(in) :: magnitude
-         real(wp), intent(in) :: direction(2)
-         integer :: i
-         if (magnitude%distribution > 0) then
-            call add_line(elements, line_load_t(magnitude, direction))
-            return
+   !> Reads a data line of *DLOAD: element or set, type, magnitude, direction.
+   subroutine read_element_load(deck, model, load)
+      type(checked_deck_t), intent(inout) :: deck
+      type(model_t), intent(in) :: model
+      type(load_t), intent(inout) :: load
+      integer, allocatable :: elements(:)
+      type(distributed_t) :: magnitude
+      real(wp) :: direction(2)
+      elements = deck%elements('element or set')
+      call read_distributed(deck, model, 'magnitude', elements, magnitude)
+      if (deck%word('type') == 'GRAV') then
+         direction = [deck%real('x direction'), deck%real('y direction')]
+         if (.not. deck%given('x direction')) then
+            call deck%wrong('x direction', 'GRAV needs a direction: x direction, y direction')
+         else if (.not. deck%given('y direction')) then
+            call deck%wrong('y direction', 'GRAV needs a direction: x direction, y direction')
+         else if (norm2(direction) <= 0.0_wp) then
+            call deck%wrong('x direction', 'the direction has no length')
+         else
+            call add_weight(deck, model, load, elements, magnitude, direction / norm2(direction))
          end if
-         do i = 1, size(elements)
-            load%line_force(:, elements(i)) = load%line_force(:, elements(i)) + magnitude%value * direction
-         end do
-      end subroutine add_dead_load
+         return
+      else if (deck%count('x direction') > 0) then
+         call deck%wrong('x direction', 'a direction goes with GRAV only')
+         return
+      end if
+      select case (deck%word('type'))
+      case ('PX')
+         call add_dead_load(deck, model, load, elements, magnitude, [1.0_wp, 0.0_wp])
+      case ('PY')
+         call add_dead_load(deck, model, load, elements, magnitude, [0.0_wp, 1.0_wp])
+      case ('PT')
+         call add_line(deck, model, load, elements, line_load_t(magnitude, [1.0_wp, 0.0_wp], along_axis=.true.))
+      case ('PN')
+         call add_line(deck, model, load, elements, line_load_t(magnitude, [0.0_wp, 1.0_wp], along_axis=.true.))
+      case ('P')
+         if (magnitude%distribution > 0) call deck%wrong('magnitude', 'a pressure that follows the rod is the same along '// &
+            'it, or that of a *LIQUID; PN, a dead load to the left, may vary')
+         load%pressure(elements) = load%pressure(elements) + magnitude%value
+      end select
+   end subroutine read_element_load
 
-      !> Adds a dead load that varies along the rods.
-      subroutine add_line(elements, line)
-         integer, intent(in) :: elements(:)
-         type(line_load_t), intent(in) :: line
-         type(line_load_t) :: new
-         integer :: i
-         i = findloc(collocates(model%mesh%family(elements)), .false., 1)
-         if (i > 0) then
-            call deck%wrong('element or set', element_words(model%mesh, elements(i))//' is UL2; loads that vary need GE elements')
-            return
-         end if
-         new = line
-         allocate (new%on(model%mesh%n_elements), source=.false.)
-         new%on(elements) = .true.
-         load%line_load = [load%line_load, new]
-      end subroutine add_line
+   !> Adds a dead load whose direction is the same everywhere.
+   subroutine add_dead_load(deck, model, load, elements, magnitude, direction)
+      type(checked_deck_t), intent(inout) :: deck
+      type(model_t), intent(in) :: model
+      type(load_t), intent(inout) :: load
+      integer, intent(in) :: elements(:)
+      type(distributed_t), intent(in) :: magnitude
+      real(wp), intent(in) :: direction(2)
+      integer :: i
+      if (magnitude%distribution > 0) then
+         call add_line(deck, model, load, elements, line_load_t(magnitude, direction))
+         return
+      end if
+      do i = 1, size(elements)
+         load%line_force(:, elements(i)) = load%line_force(:, elements(i)) + magnitude%value * direction
+      end do
+   end subroutine add_dead_load
 
-      !> Reads a data line of *LIQUID: element or set, weight, level.
-      subroutine read_liquid()
-         integer, allocatable :: elements(:)
-         integer :: i
-         elements = deck%elements('element or set')
-         i = findloc(collocates(model%mesh%family(elements)), .false., 1)
-         if (i > 0) call deck%wrong('element or set', element_words(model%mesh, elements(i))//' is UL2; a liquid needs GE elements')
-         load%pressure(elements) = load%pressure(elements) + deck%real('weight') * deck%real('level')
-         load%gradient(2, elements) = load%gradient(2, elements) - deck%real('weight')
-      end subroutine read_liquid
+   !> Adds a dead load that varies along the rods.
+   subroutine add_line(deck, model, load, elements, line)
+      type(checked_deck_t), intent(inout) :: deck
+      type(model_t), intent(in) :: model
+      type(load_t), intent(inout) :: load
+      integer, intent(in) :: elements(:)
+      type(line_load_t), intent(in) :: line
+      type(line_load_t) :: new
+      integer :: i
+      i = findloc(collocates(model%mesh%family(elements)), .false., 1)
+      if (i > 0) then
+         call deck%wrong('element or set', element_words(model%mesh, elements(i))//' is UL2; loads that vary need GE elements')
+         return
+      end if
+      new = line
+      allocate (new%on(model%mesh%n_elements), source=.false.)
+      new%on(elements) = .true.
+      load%line_load = [load%line_load, new]
+   end subroutine add_line
 
-      !> Adds the weight of elements.
-      subroutine add_weight(elements, gravity, direction)
-         integer, intent(in) :: elements(:)
-         type(distributed_t), intent(in) :: gravity
-         real(wp), intent(in) :: direction(2)
-         integer, allocatable :: varying(:) ! elements whose mass varies along the rod
-         integer :: i
-         varying = [integer ::]
-         if (gravity%distribution > 0) then
-            call deck%wrong('magnitude', 'gravity is the same everywhere; what varies is the mass, from *BEAM SECTION')
-            return
-         end if
-         do i = 1, size(elements)
-            associate (e => elements(i))
-               if (model%mesh%section(e) == 0) cycle ! another procedure reports this error
-               associate (mass => model%section(model%mesh%section(e))%mass)
-                  if (mass <= 0.0_wp .and. .not. deck%names%sections_incomplete) then
-                     call deck%wrong('element or set', element_words(model%mesh, e)//' has no mass; it comes from *DENSITY, '// &
-                        'or from mass on *BEAM SECTION, SECTION=STIFFNESS')
-                     return
-                  end if
-                  if (varies(model%section(model%mesh%section(e)))) then
-                     varying = [varying, e]
-                  else
-                     load%line_force(:, e) = load%line_force(:, e) + mass * gravity%value * direction
-                  end if
-               end associate
-            end associate
-         end do
-         if (size(varying) > 0) call add_line(varying, line_load_t(distributed_t(gravity%value), direction, weight=.true.))
-      end subroutine add_weight
+   !> Reads a data line of *LIQUID: element or set, weight, level.
+   subroutine read_liquid(deck, model, load)
+      type(checked_deck_t), intent(inout) :: deck
+      type(model_t), intent(in) :: model
+      type(load_t), intent(inout) :: load
+      integer, allocatable :: elements(:)
+      integer :: i
+      elements = deck%elements('element or set')
+      i = findloc(collocates(model%mesh%family(elements)), .false., 1)
+      if (i > 0) call deck%wrong('element or set', element_words(model%mesh, elements(i))//' is UL2; a liquid needs GE elements')
+      load%pressure(elements) = load%pressure(elements) + deck%real('weight') * deck%real('level')
+      load%gradient(2, elements) = load%gradient(2, elements) - deck%real('weight')
+   end subroutine read_liquid
 
-      !> Reads a data line of *TEMPERATURE: element or set, change, gradient.
-      subroutine read_temperature()
-         integer, allocatable :: elements(:)
-         integer :: i
-         elements = deck%elements('element or set')
-         do i = 1, size(elements)
-            associate (e => elements(i))
-               if (model%mesh%section(e) == 0) cycle ! another procedure reports this error
-               associate (alpha => model%section(model%mesh%section(e))%expansion)
-                  if (.not. (abs(alpha) > 0.0_wp .or. deck%names%sections_incomplete)) then
-                     call deck%wrong('element or set', element_words(model%mesh, e)//' does not expand; alpha comes from '// &
-                        '*EXPANSION, or from alpha on *BEAM SECTION, SECTION=STIFFNESS')
-                     return
-                  end if
-                  load%strain(e) = load%strain(e) + alpha * deck%real('change')
-                  ! An element that is hotter on its left side bends to the right.
-                  load%curvature(e) = load%curvature(e) - alpha * deck%real('gradient')
-               end associate
-            end associate
-         end do
-      end subroutine read_temperature
-
-      !> Reads a data line of *BOUNDARY in a step: node or set, dof, last dof, value.
-      subroutine read_displacement()
-         integer, allocatable :: nodes(:)
-         character(:), allocatable :: of_node
-         logical :: dofs(3)
-         integer :: i, dof
-         if (.not. deck%given('value')) then
-            call deck%wrong('value', 'value is missing; supports stand above the first *STEP, here only prescribed displacements')
-            return
-         else if (deck%word('dof') /= '') then
-            call deck%wrong('dof', deck%word('dof')// &
-               ' is a support and belongs above the first *STEP; a step prescribes dofs 1, 2, 6')
-            return
-         end if
-         nodes = deck%nodes('node or set')
-         call read_dofs(deck, dofs)
-         do i = 1, size(nodes)
-            do dof = 1, 3
-               if (.not. dofs(dof)) cycle
-               of_node = 'dof '//to_text(component_dof(dof))//' of '//node_words(model%mesh, nodes(i))
-               if (.not. (model%fixed(dof, nodes(i)) .or. deck%names%supports_incomplete)) then
-                  call deck%wrong('dof', of_node//' is free; what is prescribed must be supported by a *BOUNDARY above the '// &
-                     'first *STEP')
-                  return
-               else if (prescribed_in(dof, nodes(i)) > 0) then
-                  call deck%wrong('dof', of_node//' is prescribed already, in '//deck%source%line_words(prescribed_in(dof, &
-                     nodes(i))))
+   !> Adds the weight of elements.
+   subroutine add_weight(deck, model, load, elements, gravity, direction)
+      type(checked_deck_t), intent(inout) :: deck
+      type(model_t), intent(in) :: model
+      type(load_t), intent(inout) :: load
+      integer, intent(in) :: elements(:)
+      type(distributed_t), intent(in) :: gravity
+      real(wp), intent(in) :: direction(2)
+      integer, allocatable :: varying(:) ! elements whose mass varies along the rod
+      integer :: i
+      varying = [integer ::]
+      if (gravity%distribution > 0) then
+         call deck%wrong('magnitude', 'gravity is the same everywhere; what varies is the mass, from *BEAM SECTION')
+         return
+      end if
+      do i = 1, size(elements)
+         associate (e => elements(i))
+            if (model%mesh%section(e) == 0) cycle ! another procedure reports this error
+            associate (mass => model%section(model%mesh%section(e))%mass)
+               if (mass <= 0.0_wp .and. .not. deck%names%sections_incomplete) then
+                  call deck%wrong('element or set', element_words(model%mesh, e)//' has no mass; it comes from *DENSITY, '// &
+                     'or from mass on *BEAM SECTION, SECTION=STIFFNESS')
                   return
                end if
-               prescribed_in(dof, nodes(i)) = deck%at%line_at
-               load%displacement(dof, nodes(i)) = deck%real('value')
-            end do
-         end do
-      end subroutine read_displacement
+               if (varies(model%section(model%mesh%section(e)))) then
+                  varying = [varying, e]
+               else
+                  load%line_force(:, e) = load%line_force(:, e) + mass * gravity%value * direction
+               end if
+            end associate
+         end associate
+      end do
+      if (size(varying) > 0) call add_line(deck, model, load, varying, line_load_t(distributed_t(gravity%value), direction, &
+         & weight=.true.))
+   end subroutine add_weight
 
-      !> Reads a data line of *OBSTACLE MOTION: obstacle, dx, dy.
-      subroutine read_motion()
-         integer :: obstacle
-         obstacle = deck%named('obstacle', deck%names%obstacle, 'obstacle')
-         if (obstacle == 0) return
-         if (model%obstacle(obstacle)%carrier > 0) call deck%wrong('obstacle', trim(model%obstacle(obstacle)%name)// &
-            ' moves with '//node_words(model%mesh, model%obstacle(obstacle)%carrier)//': move that node (*BOUNDARY)')
-         load%motion(:, obstacle) = load%motion(:, obstacle) + [deck%real('dx'), deck%real('dy')]
-      end subroutine read_motion
+   !> Reads a data line of *TEMPERATURE: element or set, change, gradient.
+   subroutine read_temperature(deck, model, load)
+      type(checked_deck_t), intent(inout) :: deck
+      type(model_t), intent(in) :: model
+      type(load_t), intent(inout) :: load
+      integer, allocatable :: elements(:)
+      integer :: i
+      elements = deck%elements('element or set')
+      do i = 1, size(elements)
+         associate (e => elements(i))
+            if (model%mesh%section(e) == 0) cycle ! another procedure reports this error
+            associate (alpha => model%section(model%mesh%section(e))%expansion)
+               if (.not. (abs(alpha) > 0.0_wp .or. deck%names%sections_incomplete)) then
+                  call deck%wrong('element or set', element_words(model%mesh, e)//' does not expand; alpha comes from '// &
+                     '*EXPANSION, or from alpha on *BEAM SECTION, SECTION=STIFFNESS')
+                  return
+               end if
+               load%strain(e) = load%strain(e) + alpha * deck%real('change')
+               ! An element that is hotter on its left side bends to the right.
+               load%curvature(e) = load%curvature(e) - alpha * deck%real('gradient')
+            end associate
+         end associate
+      end do
+   end subroutine read_temperature
 
-      !> Reads a data line of *CONTACT INTERFERENCE: obstacle, value; with SHRINK: obstacle.
-      subroutine read_interference()
-         integer :: obstacle, c
-         logical :: ok, behind ! behind: the structure begins behind the obstacle
-         call deck%touched_obstacle('obstacle', obstacle, ok)
-         if (.not. ok) return
-         behind = .false.
-         do c = 1, size(model%contact)
-            if (deck%given('SHRINK') .and. model%contact(c)%obstacle == obstacle) behind = behind .or. &
-               deepest_overlap(model, model%contact(c)) > 0.0_wp
+   !> Reads a data line of *BOUNDARY in a step: node or set, dof, last dof, value.
+   subroutine read_displacement(deck, model, prescribed_in, load)
+      type(checked_deck_t), intent(inout) :: deck
+      type(model_t), intent(in) :: model
+      integer, intent(inout) :: prescribed_in(:, :)     !! see read_load_cards
+      type(load_t), intent(inout) :: load
+      integer, allocatable :: nodes(:)
+      character(:), allocatable :: of_node
+      logical :: dofs(3)
+      integer :: i, dof
+      if (.not. deck%given('value')) then
+         call deck%wrong('value', 'value is missing; supports stand above the first *STEP, here only prescribed displacements')
+         return
+      else if (deck%word('dof') /= '') then
+         call deck%wrong('dof', deck%word('dof')// &
+            ' is a support and belongs above the first *STEP; a step prescribes dofs 1, 2, 6')
+         return
+      end if
+      nodes = deck%nodes('node or set')
+      call read_dofs(deck, dofs)
+      do i = 1, size(nodes)
+         do dof = 1, 3
+            if (.not. dofs(dof)) cycle
+            of_node = 'dof '//to_text(component_dof(dof))//' of '//node_words(model%mesh, nodes(i))
+            if (.not. (model%fixed(dof, nodes(i)) .or. deck%names%supports_incomplete)) then
+               call deck%wrong('dof', of_node//' is free; what is prescribed must be supported by a *BOUNDARY above the '// &
+                  'first *STEP')
+               return
+            else if (prescribed_in(dof, nodes(i)) > 0) then
+               call deck%wrong('dof', of_node//' is prescribed already, in '//deck%source%line_words(prescribed_in(dof, &
+                  nodes(i))))
+               return
+            end if
+            prescribed_in(dof, nodes(i)) = deck%at%line_at
+            load%displacement(dof, nodes(i)) = deck%real('value')
          end do
-         if (.not. deck%given('SHRINK')) then
-            load%closing(obstacle) = load%closing(obstacle) + deck%real('interference')
-         else if (shrunk_in(obstacle) > 0) then
-            call deck%wrong('obstacle', deck%source%line_words(shrunk_in(obstacle))//' pushes out all that penetrates already')
-         else if (.not. (deck%names%contacts_incomplete .or. deck%names%mesh_incomplete .or. behind .or. deck%names%has_modes)) then
-            call deck%wrong('obstacle', 'nothing begins behind '//trim(model%obstacle(obstacle)%name))
-         else
-            load%resolved(obstacle) = 1.0_wp
-            if (model%step(deck%at%step)%n_modes == 0) shrunk_in(obstacle) = deck%at%line_at
-         end if
-      end subroutine read_interference
-   end subroutine read_line
+      end do
+   end subroutine read_displacement
+
+   !> Reads a data line of *OBSTACLE MOTION: obstacle, dx, dy.
+   subroutine read_motion(deck, model, load)
+      type(checked_deck_t), intent(inout) :: deck
+      type(model_t), intent(in) :: model
+      type(load_t), intent(inout) :: load
+      integer :: obstacle
+      obstacle = deck%named('obstacle', deck%names%obstacle, 'obstacle')
+      if (obstacle == 0) return
+      if (model%obstacle(obstacle)%carrier > 0) call deck%wrong('obstacle', trim(model%obstacle(obstacle)%name)// &
+         ' moves with '//node_words(model%mesh, model%obstacle(obstacle)%carrier)//': move that node (*BOUNDARY)')
+      load%motion(:, obstacle) = load%motion(:, obstacle) + [deck%real('dx'), deck%real('dy')]
+   end subroutine read_motion
+
+   !> Reads a data line of *CONTACT INTERFERENCE: obstacle, value; with SHRINK: obstacle.
+   subroutine read_interference(deck, model, shrunk_in, load)
+      type(checked_deck_t), intent(inout) :: deck
+      type(model_t), intent(in) :: model
+      integer, intent(inout) :: shrunk_in(:)            !! see read_load_cards
+      type(load_t), intent(inout) :: load
+      integer :: obstacle, c
+      logical :: ok, behind ! behind: the structure begins behind the obstacle
+      call deck%touched_obstacle('obstacle', obstacle, ok)
+      if (.not. ok) return
+      behind = .false.
+      do c = 1, size(model%contact)
+         if (deck%given('SHRINK') .and. model%contact(c)%obstacle == obstacle) behind = behind .or. &
+            deepest_overlap(model, model%contact(c)) > 0.0_wp
+      end do
+      if (.not. deck%given('SHRINK')) then
+         load%closing(obstacle) = load%closing(obstacle) + deck%real('interference')
+      else if (shrunk_in(obstacle) > 0) then
+         call deck%wrong('obstacle', deck%source%line_words(shrunk_in(obstacle))//' pushes out all that penetrates already')
+      else if (.not. (deck%names%contacts_incomplete .or. deck%names%mesh_incomplete .or. behind .or. deck%names%has_modes)) then
+         call deck%wrong('obstacle', 'nothing begins behind '//trim(model%obstacle(obstacle)%name))
+      else
+         load%resolved(obstacle) = 1.0_wp
+         if (model%step(deck%at%step)%n_modes == 0) shrunk_in(obstacle) = deck%at%line_at
+      end if
+   end subroutine read_interference
 end module read_loads
