@@ -10,7 +10,8 @@ module entering_contact_set
    use trial_request, only: request_t
    use mesh_transfer, only: refine_point
    use path_state, only: path_state_t, copy_path_state, path_tangent_of, forget_mesh
-   use path_acceptance, only: arrival_t, accept
+   use settle_findings, only: arrival_t
+   use path_acceptance, only: accept
    use error_report, only: bars_at_point, tolerance_at
    use path_outcome, only: outcome_t
    use path_record, only: recorder_t

@@ -39,7 +39,8 @@ module span_changes
    use critical_points, only: way_t
    use path_point, only: path_point_t, evaluate_span_tests
    use path_state, only: path_state_t, path_tangent_of, small_load, keep_critical_point
-   use path_acceptance, only: arrival_t, accept
+   use settle_findings, only: arrival_t
+   use path_acceptance, only: accept
    use corner_limit, only: check_return
    use trial_request, only: request_t
    use path_outcome, only: outcome_t

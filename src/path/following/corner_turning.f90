@@ -22,7 +22,8 @@ module corner_turning
    use corrector, only: increment_t
    use path_point, only: path_point_t, point_at, advance, evaluate_tests
    use path_state, only: path_state_t, path_tangent_of
-   use path_acceptance, only: arrival_t, accept
+   use settle_findings, only: arrival_t
+   use path_acceptance, only: accept
    use corner_limit, only: check_return
    use trial_request, only: request_t
    use path_outcome, only: outcome_t

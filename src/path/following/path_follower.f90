@@ -19,7 +19,8 @@ module path_follower
       & note_change, ended
    use checkpoint, only: save_run
    use step_recovery, only: try_recovery
-   use path_acceptance, only: arrival_t, accept
+   use settle_findings, only: arrival_t
+   use path_acceptance, only: accept
    use corner_limit, only: report_turned_load
    use path_outcome, only: outcome_t, must_end
    use span_changes, only: check_contact_change
