@@ -46,7 +46,8 @@ contains
 
    !> Straight segments through distinct points; the corners are rounded by arcs.
    function polyline_curve(point, radius, closed) result(curve)
-      real(wp), intent(in) :: point(:, :)     !! (2, 2 or more) points from with_neighbours_added
+      real(wp), intent(in) :: point(:, :)     !! (2, 2 or more) distinct points; if closed, with two points more beyond each
+      !! end, so that every point has its neighbours
       real(wp), intent(in) :: radius(:)       !! radius of the corner at each point; all corners must fit, see misfit
       logical, intent(in) :: closed
       type(obstacle_curve_t) :: curve
@@ -175,7 +176,7 @@ contains
 
    !> Number of the first point whose corner does not fit on its segment together with the previous corner; 0: all corners fit.
    pure integer function misfit(point, radius)
-      real(wp), intent(in) :: point(:, :)     !! (2, points) points from with_neighbours_added
+      real(wp), intent(in) :: point(:, :)     !! (2, points) points as in polyline_curve
       real(wp), intent(in) :: radius(:)       !! radius of the corner at each point
       do misfit = 2, size(point, 2)
          if (radius(misfit - 1) * cut(point, misfit - 1) + radius(misfit) * cut(point, misfit) > &

@@ -10,18 +10,18 @@ module closing_spans
    use test_kinds, only: span_test_t, any_fails, test_vanishing, test_force, test_pressure, test_couple, test_slack, well_below
    use edit_places, only: places_of_tests
    use rod_strips, only: find_strips
-   use span_tests, only: run_span_tests
    use path_record, only: recorder_t
    use contact_change_types, only: step_interval_t
    use reachability, only: reach_of
    use other_set, only: other_set_t, tests_of
    use set_validity, only: step_ahead
+   use tried_sets, only: new_change_place
    use contact_trials, only: try_sets
    use entering_contact_set, only: passes_value
    use continuing_with_set, only: begin_set
    use path_control, only: control_t
    use corrector, only: increment_t
-   use path_point, only: path_point_t, advance
+   use path_point, only: path_point_t, advance, span_tests_at
    use path_state, only: path_state_t
    use path_outcome, only: outcome_t
    implicit none
@@ -71,7 +71,8 @@ contains
       too_far = .false.
       changed = size(closing) > 0
       if (.not. changed) return
-      call try_sets(problem, step, run, point, first, next, changed, closing=closed_or_all(problem, closing))
+      call try_sets(step, run, new_change_place(problem, step, run, point, closing=closed_or_all(problem, closing)), first, next, &
+         & changed)
       if (.not. changed) return
       associate (onset => first%state%load_factor, end => interval%to%state%load_factor)
          if (interval%stuck) then
@@ -132,8 +133,7 @@ contains
       if (.not. stays_valid) return
       call advance(problem, run%last, control, there, report)
       stays_valid = report%converged
-      if (stays_valid) stays_valid = .not. any_fails(run_span_tests(problem, there%state, max(there%system%force_scale, &
-         & tiny(onset))))
+      if (stays_valid) stays_valid = .not. any_fails(span_tests_at(problem, there))
    end function stays_valid
 
    !> True if the span has become shorter on the interval.

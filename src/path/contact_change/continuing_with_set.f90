@@ -8,13 +8,14 @@ module continuing_with_set
    use test_kinds, only: span_test_t, any_fails, is_length, test_length, test_pressure
    use other_set, only: other_set_t, copy_other_set, go_to_load, tests_of
    use vanished_length, only: find_vanished
+   use tried_sets, only: new_change_place
    use contact_trials, only: try_sets
    use rod_strips, only: same_kind
    use known_path, only: lies_before_change
    use set_at_nodes, only: find_set_at_nodes
    use step_off, only: tangent_along
    use entering_contact_set, only: go_to_next, replace_set, passes_value
-   use span_tests, only: run_span_tests
+   use path_point, only: span_tests_at
    use path_continuity, only: relate, same_path
    use mesh_transfer, only: transfer_and_solve
    use trial_request, only: request_t
@@ -44,7 +45,7 @@ contains
       type(other_set_t) :: first, next
       logical :: passes
       finished = .false.
-      call try_sets(problem, step, run, run%last, first, next, changed)
+      call try_sets(step, run, new_change_place(problem, step, run, run%last), first, next, changed)
       if (changed) changed = .not. lies_before_change(run, next%problem, next%state)
       if (changed) then
          call leave_recorded(problem, run, first)
@@ -134,7 +135,7 @@ contains
       call copy_path_state(run, there)
       call replace_set(on, there, first)
       call transfer_and_solve(next%problem, on, there, leads)
-      if (leads) leads = .not. any_fails(run_span_tests(on, there%last%state, max(there%last%system%force_scale, tiny(1.0_wp))))
+      if (leads) leads = .not. any_fails(span_tests_at(on, there%last))
       if (leads) leads = same_path(relate(on, there%last%state, next%state, there%last%tangent, next%tangent, .false.))
       if (.not. leads) return
       call copy_problem(on, problem)

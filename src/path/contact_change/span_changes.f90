@@ -34,7 +34,7 @@ module span_changes
    use vanished_length, only: find_vanished
    use contact_trials, only: try_sets
    use contact_ways, only: other_ways
-   use tried_sets, only: tried_set_t
+   use tried_sets, only: tried_set_t, new_change_place
    use event_recording, only: new_critical, announce
    use critical_points, only: way_t
    use path_point, only: path_point_t, evaluate_span_tests
@@ -175,7 +175,7 @@ contains
          if (request%set_changed .or. request%shorter) return
       end if
       if (.not. (interval%stuck .or. change%where == place_ahead)) beyond = interval%to%state
-      call try_sets(problem, step, run, change%point, first, next, found, change%zero, beyond)
+      call try_sets(step, run, new_change_place(problem, step, run, change%point, change%zero, beyond), first, next, found)
       if (found .and. change%label == '  ') then
          change%label = first%label
          change%divides = first%divides
@@ -190,7 +190,7 @@ contains
          call request_mesh_at_onset(problem, step, run, without, tries, outcome, request)
          if (request%repeats_increment()) return
       end if
-      if (found) call other_ways(problem, step, run, change%point, change%zero, first, way)
+      if (found) call other_ways(step, run, new_change_place(problem, step, run, change%point, change%zero), first, way)
       call record_change(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
       if (.not. request%set_changed .or. finished .or. allocated(outcome%why)) return
       if (found) call keep_other_ways(problem, run, change, way, recorder, outcome)

@@ -35,8 +35,9 @@ contains
       type(span_test_t), allocatable :: tests(:)
       real(wp) :: load(2), value(2)
       integer :: c, try
-      logical :: meets, at_support
-      call set_without(problem, state, test, next, c, meets, at_support)
+      logical :: meets, at_support               ! as in set_without
+      at_support = test%kind == test_length
+      call set_without(problem, state, test, next, c, meets)
       found = c > 0
       if (.not. found) return
       load(1) = state%load_factor
@@ -92,30 +93,29 @@ contains
    end subroutine find_vanished
 
    !> Makes the contact set without the length.
-   subroutine set_without(problem, state, test, next, c, meets, at_support)
+   subroutine set_without(problem, state, test, next, c, meets)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: test
       type(other_set_t), intent(out) :: next
       integer, intent(out) :: c                  !! candidate at the boundary or support; 0: none
       logical, intent(out) :: meets              !! true: two line contacts meet at the boundary
-      logical, intent(out) :: at_support         !! true: contact beside a support on the obstacle is lost
       type(contact_span_t), allocatable :: set(:)
       integer :: number                          ! number of the contact at the boundary or support
       integer :: k, side
+      logical :: at_support                      ! contact beside a support on the obstacle is lost
       c = 0
       meets = .false.
       set = present_contact_spans(problem, state)
       at_support = test%kind == test_length
+      k = test%contact_span
       if (at_support) then
-         k = test%contact_span
          side = findloc([is_supported(problem, state, set(k)%candidate(1)), is_supported(problem, state, &
             & set(k)%candidate(2))], .true., 1)
          if (side == 0) return
          number = set(k)%number
          set = shrunk(set, k, set(k)%at(side))
       else
-         k = test%contact_span
          side = merge(1, 2, test%sense < 0.0_wp)
          if (.not. set(k)%line) return
          number = set(k)%number

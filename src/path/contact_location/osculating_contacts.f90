@@ -29,10 +29,21 @@ contains
       real(wp), intent(out) :: residual          !! relative residual of these equations
       logical, intent(out) :: found
       type(problem_t) :: turning
+      type(control_t) :: flat
+      type(state_t) :: start
+      type(system_t) :: system
+      type(increment_t) :: report
       integer :: k
       call copy_problem(problem, turning)
       turning%candidates%follows([candidate, too]) = problem%candidates%rolls([candidate, too])
-      call go_to_excess(turning, candidate, 0.0_wp, least_resolved_curvature(problem), place, residual, found)
+      flat%flat = candidate
+      flat%increment = 0.0_wp
+      flat%whole = least_resolved_curvature(problem)
+      start = place
+      system = new_system(turning)
+      call correct(turning, start, flat, .true., place, system, report)
+      residual = report%residual
+      found = report%converged
       if (.not. found) return
       do k = 1, size(too)
          place%reaction(too(k)) = point_force(problem, place, too(k))
@@ -51,7 +62,7 @@ contains
       type(state_t), intent(in) :: state         !! with an osculating contact at the candidate
       integer, intent(in) :: candidate
       type(rolled_t) :: roll
-      integer :: e(2)
+      integer, allocatable :: e(:)               ! one element at the end of a rod, else two
       roll = rolled(problem, state, candidate)
       e = pack(problem%candidates%element(:, candidate), problem%candidates%element(:, candidate) > 0)
       acts_at_node = abs(roll%way) <= initial_share * minval(problem%layout%rod_segment(problem%rod_segment(e))%length)
@@ -92,27 +103,4 @@ contains
       type(problem_t), intent(in) :: problem
       excess = well_below * curvature_slack / problem%size
    end function least_resolved_curvature
-
-   !> Finds the equilibrium at which a point contact has a given relative curvature.
-   subroutine go_to_excess(problem, candidate, excess, whole, state, residual, found)
-      type(problem_t), intent(in) :: problem
-      integer, intent(in) :: candidate
-      real(wp), intent(in) :: excess
-      real(wp), intent(in) :: whole              !! scale for the tolerance of the relative curvature
-      type(state_t), intent(inout) :: state      !! a guess on entry
-      real(wp), intent(out) :: residual          !! relative residual
-      logical, intent(out) :: found
-      type(control_t) :: curved
-      type(state_t) :: start
-      type(system_t) :: system
-      type(increment_t) :: report
-      curved%flat = candidate
-      curved%increment = excess
-      curved%whole = whole
-      start = state
-      system = new_system(problem)
-      call correct(problem, start, curved, .true., state, system, report)
-      found = report%converged
-      residual = report%residual
-   end subroutine go_to_excess
 end module osculating_contacts

@@ -9,20 +9,19 @@ module other_set
    use bordered_system, only: linearise
    use contact_spans, only: contact_span_t
    use span_problem, only: new_span_problem
-   use test_kinds, only: span_test_t, any_fails
-   use span_tests, only: run_span_tests
+   use test_kinds, only: span_test_t
    use touchdown_points, only: with_held
    use state_transfer, only: carried, carried_field
    use path_control, only: control_t, displacement_between
    use path_continuity, only: path_tangent_at
    use path_events, only: new_test_values
-   use path_point, only: path_point_t, point_at
+   use path_point, only: path_point_t, point_at, span_tests_at
    use path_state, only: path_state_t, copy_path_state, forget_mesh
    use corrector, only: increment_t, correct
    implicit none
    private
-   public :: other_set_t, copy_other_set, new_other_set, find_equilibrium, go_to_load, tests_of, passes_tests, &
-      & on_next_mesh, is_there
+   public :: other_set_t, copy_other_set, new_other_set, find_equilibrium, go_to_load, tests_of, on_next_mesh, &
+      & is_there
 
    !> Point of the path with another contact set, found before the run accepts this set. Its tangent is the set's own path tangent,
    !> in the direction in which the path continues; it is not allocated at the start of a step, where nothing has been displaced
@@ -134,14 +133,8 @@ contains
    function tests_of(next) result(tests)
       type(other_set_t), intent(in) :: next
       type(span_test_t), allocatable :: tests(:)
-      tests = run_span_tests(next%problem, next%state, max(next%system%force_scale, tiny(1.0_wp)))
+      tests = span_tests_at(next%problem, next)
    end function tests_of
-
-   !> True if the set passes all its tests at its equilibrium.
-   logical function passes_tests(next)
-      type(other_set_t), intent(in) :: next
-      passes_tests = .not. any_fails(tests_of(next))
-   end function passes_tests
 
    !> The run at its present point, but on the mesh of the next set, with the path tangent towards the known equilibrium of this
    !> set.

@@ -8,7 +8,6 @@
 module contact_trials
    use kinds, only: wp
    use model, only: step_t
-   use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t
    use linear_system, only: system_t
    use contact_spans, only: contact_span_t, initial_share
@@ -16,14 +15,13 @@ module contact_trials
    use span_candidates, only: present_contact_spans
    use test_kinds, only: span_test_t, any_fails, test_slack
    use other_set, only: other_set_t, copy_other_set, tests_of, go_to_load
-   use path_point, only: path_point_t
    use path_state, only: path_state_t
    use set_differences, only: label_and_number
-   use rod_strips, only: strip_t, find_strips, on_strips, strip_place, same_kind
+   use rod_strips, only: strip_t, on_strips, strip_place, same_kind
    use neighbours, only: edit_place_t, neighbour_t, neighbours_at, edit_merge, may_close_span, no_test
    use edit_places, only: places_of_tests, places_of_contacts
    use set_trial, only: solve_neighbour
-   use tried_sets, only: change_place_t, new_change_place, tried_set_t, copy_trial, append
+   use tried_sets, only: change_place_t, tried_set_t, copy_trial, append
    use set_validity, only: is_near, verify, load_changes, is_far_enough, step_ahead
    use step_off, only: step_by, failing, tangent_along
    implicit none
@@ -44,45 +42,25 @@ module contact_trials
 
 contains
 
-   !> Finds the contact set with which the path continues from the run's point, and the first equilibrium of this set.
-   subroutine try_sets(problem, step, run, point, first, next, found, zero, beyond, closing)
-      type(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step            !! its first increment is a scale of load changes
+   !> Finds the contact set with which the path continues, and the first equilibrium of this set. At a located change the first set
+   !> that is valid is taken; where free spans are about to vanish, the first one without them, at its onset.
+   subroutine try_sets(step, run, here, first, next, found)
+      type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
-      type(path_point_t), intent(in) :: point     !! on the path of the present set, at the run's point or further on
+      type(change_place_t), intent(in) :: here    !! the present set, at the place from which another one is sought
       type(other_set_t), intent(out) :: first     !! the set at its first equilibrium, labelled as a change of contact. At a
       !! located change all its tests are satisfied there; else it is the set's onset
       type(other_set_t), intent(out) :: next      !! the same set at a point further on, where all its tests are satisfied and
       !! from which increments can go on; without label
       logical, intent(out) :: found
-      type(span_test_t), intent(in), optional :: zero(:) !! tests that are zero at the point, if the change is located there: the
-      !! first set that is valid is taken
-      type(state_t), intent(in), optional :: beyond !! equilibrium of the present set further along the path
-      type(span_test_t), intent(in), optional :: closing(:) !! tests of free spans that are about to vanish: the first set without
-      !! them is taken, and begins at its onset
-      type(change_place_t) :: here
-      type(strip_t), allocatable :: strip(:)
       type(edit_place_t), allocatable :: edit_place(:)
       type(tried_set_t), allocatable :: valid(:)
       type(tried_set_t) :: trial                  ! the set found
-      real(wp) :: wide                            ! longest free span that vanishes / length of the strip
       integer :: best
-      strip = find_strips(problem%layout)
-      here = new_change_place(problem, step, run, point, zero, beyond)
-      here%vanishes = present(closing)
-      if (here%vanishes) here%closed = all(abs(closing%value) * problem%size <= rounding_gap(problem))
-      if (here%at_change) then
-         edit_place = places_of_tests(problem, here%state, strip, zero, here%system%force_scale, beyond)
-      else if (present(closing)) then
-         edit_place = places_of_tests(problem, here%state, strip, closing, here%system%force_scale)
-      else
-         edit_place = places_to_edit(here, strip)
-      end if
-      call try_edits(step, run, here, strip, edit_place, first_length, valid)
-      wide = 0.0_wp
-      if (present(closing)) wide = maxval([(width_of(closing(best)), best=1, size(closing))])
+      edit_place = places_to_edit(here)
+      call try_edits(step, run, here, edit_place, first_length, valid)
       do best = 1, size(valid)
-         call label(problem, run, here, wide, valid(best))
+         call label(here, valid(best))
       end do
       found = size(valid) > 0
       if (.not. found) return
@@ -96,7 +74,7 @@ contains
       call copy_other_set(trial%set, first)
       if (here%at_change) then
          call pass_zeros(trial, first)
-         call enlarge(step, run, here, strip, edit_place, trial)
+         call enlarge(step, run, here, edit_place, trial)
          call copy_other_set(trial%set, next)
          next%problem%contact_span%number = first%problem%contact_span%number
          call pass_zeros(trial, next)
@@ -114,25 +92,15 @@ contains
          type(other_set_t), intent(inout) :: set
          if (any_fails(tests_of(set))) set%path_point_t = trial%there
       end subroutine pass_zeros
-
-      !> Length of a free span / length of its strip.
-      pure real(wp) function width_of(test)
-         type(span_test_t), intent(in) :: test
-         real(wp) :: along
-         integer :: on
-         call strip_place(strip, test%rod_segment, test%ends(1), on, along)
-         width_of = (test%ends(2) - test%ends(1)) / strip(on)%length()
-      end function width_of
    end subroutine try_sets
 
    !> Enlarges the new contact or free span of a set found until the path can continue from there: by its length as long as the load
    !> factor has changed by less than the smallest increment, since a span that opens in a line contact may grow with a small power
    !> of the load, then by the load.
-   subroutine enlarge(step, run, here, strip, edit_place, trial)
+   subroutine enlarge(step, run, here, edit_place, trial)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here    !! the present set, at a located change
-      type(strip_t), intent(in) :: strip(:)
       type(edit_place_t), intent(in) :: edit_place(:)
       type(tried_set_t), intent(inout) :: trial   !! the set found
       type(tried_set_t), allocatable :: larger(:)
@@ -141,7 +109,7 @@ contains
       do while (trial%sized .and. .not. load_changes(here, trial%set))
          length = growth * length
          if (length > longest) return
-         call try_edits(step, run, here, strip, edit_place, [length], larger)
+         call try_edits(step, run, here, edit_place, [length], larger)
          if (size(larger) == 0) return
          if (larger(1)%passes_limit .or. .not. same_kind(trial%set%problem%layout, &
             & larger(1)%set%problem%contact_span, trial%set%problem%contact_span)) return
@@ -153,24 +121,35 @@ contains
    !> Labels the change from the present set to another one. The contacts are compared where the set was edited, because a contact
    !> may move far until the set's first equilibrium. A contact continues another one from which it is not much farther than the
    !> length of what is new or vanishes.
-   subroutine label(problem, run, here, wide, trial)
-      type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run
+   subroutine label(here, trial)
       type(change_place_t), intent(in) :: here    !! the present set, at a change or near it
-      real(wp), intent(in) :: wide                !! longest free span that vanishes / length of the strip
       type(tried_set_t), intent(inout) :: trial
       type(contact_span_t), allocatable :: edited(:)
       real(wp) :: near
+      integer :: k
       logical :: farther
+      near = 0.0_wp
+      if (here%vanishes) near = maxval([(width_of(here%closing(k)), k=1, size(here%closing))])
+      near = nearby + first_length(trial%length) + near
+      edited = trial%set%problem%contact_span
       farther = allocated(here%beyond)
       if (farther) farther = abs(trial%edited_at - here%beyond%load_factor) < abs(trial%edited_at - here%state%load_factor)
-      near = nearby + first_length(trial%length) + wide
-      edited = trial%set%problem%contact_span
       if (farther) then
-         call label_and_number(problem, here%beyond, near, run%spans_begun, edited, trial%set)
+         call label_and_number(here%problem, here%beyond, near, here%spans_begun, edited, trial%set)
       else
-         call label_and_number(problem, here%state, near, run%spans_begun, edited, trial%set)
+         call label_and_number(here%problem, here%state, near, here%spans_begun, edited, trial%set)
       end if
+
+   contains
+
+      !> Length of a free span / length of its strip.
+      pure real(wp) function width_of(test)
+         type(span_test_t), intent(in) :: test
+         real(wp) :: along
+         integer :: on
+         call strip_place(here%strip, test%rod_segment, test%ends(1), on, along)
+         width_of = (test%ends(2) - test%ends(1)) / here%strip(on)%length()
+      end function width_of
    end subroutine label
 
    !> Follows a set by growing changes of the load to an equilibrium from which increments can go on.
@@ -195,34 +174,40 @@ contains
       end associate
    end subroutine follow_by_load
 
-   !> Places at which the present set is edited: those of the tests that fail at the run's point or, if none fails there, a short
-   !> step ahead. If no test fails, or no equilibrium is found ahead: the ends of all contacts.
-   function places_to_edit(here, strip) result(edit_place)
+   !> Places at which the present set is edited: at a located change those of the tests that are zero, else those of free spans
+   !> about to vanish, else those of the tests that fail at the point or, if none fails there, a short step ahead. If no test fails,
+   !> or no equilibrium is found ahead: the ends of all contacts.
+   function places_to_edit(here) result(edit_place)
       type(change_place_t), intent(in) :: here    !! the present set
-      type(strip_t), intent(in) :: strip(:)
       type(edit_place_t), allocatable :: edit_place(:)
       type(state_t) :: ahead
       type(system_t) :: system
       type(span_test_t), allocatable :: tests(:)
       integer :: k
-      edit_place = places_of_tests(here%problem, here%state, strip, failing(tests_of(here%other_set_t)), here%system%force_scale)
-      do k = 1, size(step_ahead) / 2
-         if (size(edit_place) > 0) return
-         system = here%system
-         call step_by(here%other_set_t, here%tangent, step_ahead(k), ahead, system, tests)
-         if (allocated(tests)) edit_place = places_of_tests(here%problem, ahead, strip, failing(tests), &
-            & system%force_scale)
-      end do
-      if (size(edit_place) == 0) edit_place = places_of_contacts(here%problem, here%state, strip)
+      associate (problem => here%problem, strip => here%strip, scale => here%system%force_scale)
+         if (here%at_change) then
+            edit_place = places_of_tests(problem, here%state, strip, here%zero, scale, here%beyond)
+         else if (here%vanishes) then
+            edit_place = places_of_tests(problem, here%state, strip, here%closing, scale)
+         else
+            edit_place = places_of_tests(problem, here%state, strip, failing(tests_of(here%other_set_t)), scale)
+            do k = 1, size(step_ahead) / 2
+               if (size(edit_place) > 0) return
+               system = here%system
+               call step_by(here%other_set_t, here%tangent, step_ahead(k), ahead, system, tests)
+               if (allocated(tests)) edit_place = places_of_tests(problem, ahead, strip, failing(tests), system%force_scale)
+            end do
+            if (size(edit_place) == 0) edit_place = places_of_contacts(problem, here%state, strip)
+         end if
+      end associate
    end function places_to_edit
 
    !> Tries the neighbours of the present set at the given places. If none of them is valid, their neighbours are tried, where their
    !> tests fail.
-   subroutine try_edits(step, run, here, strip, edit_place, length, valid)
+   subroutine try_edits(step, run, here, edit_place, length, valid)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
-      type(change_place_t), intent(in) :: here    !! the present set, at the run's point
-      type(strip_t), intent(in) :: strip(:)
+      type(change_place_t), intent(in) :: here    !! the present set
       type(edit_place_t), intent(in) :: edit_place(:)
       real(wp), intent(in) :: length(:)           !! lengths of a new contact or free span that are tried / length of the strip
       type(tried_set_t), allocatable, intent(out) :: valid(:) !! the sets found
@@ -233,9 +218,9 @@ contains
       do edits = 1, merge(1, most_edits, here%vanishes)
          allocate (failed(0))
          do k = 1, size(from)
-            if (edits == 1) call edit(step, run, here, strip, from(k), edit_place, length, valid, failed)
-            if (edits > 1) call edit(step, run, here, strip, from(k), places_of_tests(from(k)%set%problem, from(k)%fails_at, &
-               & strip, from(k)%fails, from(k)%set%system%force_scale), length, valid, failed)
+            if (edits == 1) call edit(step, run, here, from(k), edit_place, length, valid, failed)
+            if (edits > 1) call edit(step, run, here, from(k), places_of_tests(from(k)%set%problem, from(k)%fails_at, &
+               & here%strip, from(k)%fails, from(k)%set%system%force_scale), length, valid, failed)
             if (decided(here, valid)) return
          end do
          if (size(valid) > 0) return
@@ -244,11 +229,10 @@ contains
    end subroutine try_edits
 
    !> Tries the neighbours of one set at the given places.
-   subroutine edit(step, run, here, strip, from, edit_place, length, valid, failed)
+   subroutine edit(step, run, here, from, edit_place, length, valid, failed)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
-      type(change_place_t), intent(in) :: here    !! the present set, at the run's point
-      type(strip_t), intent(in) :: strip(:)
+      type(change_place_t), intent(in) :: here    !! the present set
       type(tried_set_t), intent(in) :: from           !! the set to be edited
       type(edit_place_t), intent(in) :: edit_place(:)
       real(wp), intent(in) :: length(:)           !! lengths of a new contact or free span that are tried / length of the strip
@@ -260,14 +244,13 @@ contains
       logical :: found
       do d = 1, size(edit_place)
          if (edit_place(d)%strip == 0) cycle
-         neighbour = neighbours_together(strip, on_strips(strip, present_contact_spans(from%set%problem, from%set%state)), &
-            & edit_place, d, length)
+         neighbour = neighbours_together(here%strip, on_strips(here%strip, present_contact_spans(from%set%problem, &
+            & from%set%state)), edit_place, d, length)
          do k = 1, size(neighbour)
             if (here%vanishes .and. .not. may_close_span(neighbour(k)%edit)) cycle
             ! Where a free span vanishes, a length is prescribed only if no set without it is valid.
             if (here%vanishes .and. any(neighbour(k)%held > 0) .and. size(valid) > 0) cycle
-            call solve_neighbour(here, from%set%problem, from%set%state, run, strip, neighbour(k), &
-               & from%edits == 0, trial%set, trial%edited_at, found)
+            call solve_neighbour(here, from, neighbour(k), trial, found)
             if (found) found = is_near(here, trial%set) .and. .not. same_kind(here%problem%layout, here%problem%contact_span, &
                & trial%set%problem%contact_span)
             if (found) found = .not. is_among(trial, valid)

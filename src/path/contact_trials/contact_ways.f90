@@ -6,18 +6,16 @@
 !> rests on both, or turns towards either of them. All sets are tried; those whose path satisfies all tests are solutions.
 module contact_ways
    use model, only: step_t
-   use problem, only: problem_t
    use contact_spans, only: contact_span_t, initial_share
    use span_candidates, only: present_contact_spans
-   use test_kinds, only: span_test_t, test_gap, test_force
-   use other_set, only: other_set_t
-   use path_point, only: path_point_t
+   use test_kinds, only: test_gap, test_force
+   use other_set, only: other_set_t, copy_other_set
    use path_state, only: path_state_t
-   use rod_strips, only: strip_t, find_strips, on_strips, same_kind
+   use rod_strips, only: strip_t, on_strips, same_kind
    use neighbours, only: edit_place_t, neighbour_t, edit_add, edit_remove
    use edit_places, only: places_of_tests
    use set_trial, only: solve_neighbour
-   use tried_sets, only: change_place_t, new_change_place, tried_set_t, append
+   use tried_sets, only: change_place_t, tried_set_t, append
    use set_validity, only: is_near, verify
    use contact_trials, only: neighbours_of
    implicit none
@@ -29,41 +27,38 @@ module contact_ways
 contains
 
    !> Finds the contact sets, other than the one taken, with which the path may go on from a located change.
-   subroutine other_ways(problem, step, run, point, zero, taken, way)
-      type(problem_t), intent(in) :: problem
+   subroutine other_ways(step, run, here, taken, way)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
-      type(path_point_t), intent(in) :: point     !! place of the change, with the present set
-      type(span_test_t), intent(in) :: zero(:)    !! tests that are zero there
-      type(other_set_t), intent(in) :: taken           !! the set with which the run goes on
+      type(change_place_t), intent(in) :: here    !! place of the located change, with the present set
+      type(other_set_t), intent(in) :: taken      !! the set with which the run goes on
       type(tried_set_t), allocatable, intent(out) :: way(:) !! the other sets, all valid
-      type(change_place_t) :: here
-      type(strip_t), allocatable :: strip(:)
       type(edit_place_t), allocatable :: edit_place(:)
+      type(contact_span_t), allocatable :: now(:) ! present contact set on strips
       type(neighbour_t) :: neighbour
-      type(tried_set_t) :: trial
+      type(tried_set_t) :: from, trial
       integer :: subset, k
       logical :: found
       allocate (way(0))
-      if (all(zero(1)%kind /= [test_gap, test_force]) .or. count(zero%kind == zero(1)%kind) < 2) return
-      strip = find_strips(problem%layout)
-      edit_place = places_of_tests(problem, point%state, strip, pack(zero, zero%kind == zero(1)%kind), point%system%force_scale)
-      edit_place = pack(edit_place, edit_place%strip > 0)
-      if (size(edit_place) < 2 .or. size(edit_place) > most_together) return
-      here = new_change_place(problem, step, run, point, zero)
-      do subset = 1, 2**size(edit_place) - 1
-         call edit_all(strip, on_strips(strip, present_contact_spans(problem, point%state)), pack(edit_place, &
-            & [(btest(subset, k - 1), k=1, size(edit_place))]), neighbour, found)
-         if (found) call solve_neighbour(here, problem, point%state, run, strip, neighbour, .true., trial%set, &
-            & trial%edited_at, found)
-         if (found) found = is_near(here, trial%set) .and. .not. same_kind(problem%layout, taken%problem%contact_span, &
-            & trial%set%problem%contact_span)
-         if (.not. found) cycle
-         trial%edits = 1
-         trial%edit = neighbour%edit
-         call verify(step, run, here, trial)
-         if (trial%valid) call append(way, trial)
-      end do
+      associate (problem => here%problem, zero => here%zero, strip => here%strip)
+         if (all(zero(1)%kind /= [test_gap, test_force]) .or. count(zero%kind == zero(1)%kind) < 2) return
+         edit_place = places_of_tests(problem, here%state, strip, pack(zero, zero%kind == zero(1)%kind), here%system%force_scale)
+         edit_place = pack(edit_place, edit_place%strip > 0)
+         if (size(edit_place) < 2 .or. size(edit_place) > most_together) return
+         call copy_other_set(here%other_set_t, from%set)
+         now = on_strips(strip, present_contact_spans(problem, here%state))
+         do subset = 1, 2**size(edit_place) - 1
+            call edit_all(strip, now, pack(edit_place, [(btest(subset, k - 1), k=1, size(edit_place))]), neighbour, found)
+            if (found) call solve_neighbour(here, from, neighbour, trial, found)
+            if (found) found = is_near(here, trial%set) .and. .not. same_kind(problem%layout, taken%problem%contact_span, &
+               & trial%set%problem%contact_span)
+            if (.not. found) cycle
+            trial%edits = 1
+            trial%edit = neighbour%edit
+            call verify(step, run, here, trial)
+            if (trial%valid) call append(way, trial)
+         end do
+      end associate
    end subroutine other_ways
 
    !> Begins or ends all the given contacts.

@@ -79,6 +79,15 @@ module neighbours
       integer :: length = 1                  !! index of the prescribed length of the new contact or free span
    end type neighbour_t
 
+   !> What all edits of a set at one place share.
+   type :: editing_t
+      type(contact_span_t), allocatable :: set(:) !! contact set on strips, sorted
+      type(edit_place_t) :: place
+      type(strip_t) :: strip                 !! strip of the place
+      real(wp) :: near = 0.0_wp              !! contacts within this distance of the place are edited
+      real(wp) :: new = 0.0_wp               !! prescribed length of a new contact or free span
+   end type editing_t
+
    ! Half and twice each of these values change no run of a sample of the tests.
    ! Shortest new spans / length within which contacts are edited:
    real(wp), parameter :: least_resolved = 0.1_wp !! contact or free span in general
@@ -98,10 +107,18 @@ contains
       real(wp), intent(in) :: near           !! contacts within this distance of the place are edited
       type(neighbour_t), allocatable :: found(:)
       type(neighbour_t), allocatable :: all(:)
+      type(editing_t) :: how
       integer :: rank(n_edits), k, r, i
+      how%set = set
+      how%place = edit_place
+      how%strip = strip
+      how%near = near
       allocate (all(0))
       do k = 1, size(length_of_new)
-         call edit_with(length_of_new(k), k)
+         how%new = length_of_new(k)
+         i = size(all)
+         call add_edits(how, all)
+         all(i + 1:)%length = k
       end do
       rank = ranks(edit_place%kind)
       if (edit_place%whole) rank(edit_ends) = 0
@@ -139,31 +156,31 @@ contains
          if (any(one%edit == [edit_part, edit_leave]) .and. size(one%set) > size(set)) least = least_gap
          resolved = length_of_new(one%length) >= least * min(near, edit_place%room)
       end function resolved
+   end function neighbours_at
 
-      !> Adds all edits with one length of a new contact or free span.
-      subroutine edit_with(new, number)
-         real(wp), intent(in) :: new
-         integer, intent(in) :: number
-         integer :: k, first
-         real(wp) :: at(1)
-         first = size(all)
+   !> Adds all edits at a place, with one length of a new contact or free span.
+   subroutine add_edits(how, all)
+      type(editing_t), intent(in) :: how
+      type(neighbour_t), allocatable, intent(inout) :: all(:)
+      real(wp) :: at(1)
+      integer :: k
+      associate (set => how%set, place => how%place)
          do k = 1, size(set)
-            if (set(k)%rod_segment /= edit_place%strip) cycle
-            at = brought_near(strip, [edit_place%at], 0.5_wp * sum(set(k)%at))
-            if (at(1) < set(k)%at(1) - near .or. at(1) > set(k)%at(2) + near) cycle
+            if (set(k)%rod_segment /= place%strip) cycle
+            at = brought_near(how%strip, [place%at], 0.5_wp * sum(set(k)%at))
+            if (at(1) < set(k)%at(1) - how%near .or. at(1) > set(k)%at(2) + how%near) cycle
             if (set(k)%line) then
-               call edit_line(set, k, at(1), edit_place%width, edit_place%beyond, strip, new, near, all)
+               call edit_line(how, k, at(1), all)
             else
                ! A point contact leaves a segment boundary to the place of its force.
-               if (edit_place%kind == test_leaving) call add(all, edit_leave, end_moved(set, k, 1, at(1)))
-               call edit_point(set, k, strip, new, near, all)
+               if (place%kind == test_leaving) call add(all, edit_leave, end_moved(set, k, 1, at(1)))
+               call edit_point(how, k, all)
             end if
          end do
-         call edit_free_spans(set, edit_place, strip, new, near, all)
-         if (edit_place%contact > 0 .and. edit_place%kind == test_gap) call meet_obstacle(set, edit_place, strip, new, all)
-         all(first + 1:)%length = number
-      end subroutine edit_with
-   end function neighbours_at
+         call edit_free_spans(how, all)
+         if (place%contact > 0 .and. place%kind == test_gap) call meet_obstacle(how, all)
+      end associate
+   end subroutine add_edits
 
    !> True if an edit may take a free span away.
    pure logical function may_close_span(edit)
@@ -192,57 +209,54 @@ contains
 
    !> Adds the edits where a gap to an obstacle closes: a point contact begins; inside a line contact with another
    !> obstacle the rod also rises from this one on both sides of the point, or the whole line changes over.
-   subroutine meet_obstacle(set, edit_place, strip, e, all)
-      type(contact_span_t), intent(in) :: set(:)
-      type(edit_place_t), intent(in) :: edit_place
-      type(strip_t), intent(in) :: strip
-      real(wp), intent(in) :: e              !! prescribed length of the free span that opens on each side
+   subroutine meet_obstacle(how, all)
+      type(editing_t), intent(in) :: how     !! its `new`: prescribed length of the free span that opens on each side
       type(neighbour_t), allocatable, intent(inout) :: all(:)
       type(contact_span_t), allocatable :: new(:)
       real(wp) :: at(1)
       integer :: k
       logical :: lies
       lies = .false.
-      do k = 1, size(set)
-         if (set(k)%rod_segment /= edit_place%strip .or. set(k)%contact == edit_place%contact .or. .not. set(k)%line) cycle
-         at = brought_near(strip, [edit_place%at], 0.5_wp * sum(set(k)%at))
-         if (at(1) - e > set(k)%at(1) .and. at(1) + e < set(k)%at(2)) then
-            lies = .true.
-            new = opened(set, k, at(1) - e, at(1) + e)
-            call add(all, edit_rise, begun(new, edit_place%contact, edit_place%strip, at(1)), [k, size(new)], [2, 1])
-         end if
-         if (at(1) < set(k)%at(1) .or. at(1) > set(k)%at(2)) cycle
-         new = set
-         new(k)%contact = edit_place%contact
-         call add(all, edit_change, new)
-      end do
-      if (.not. lies) call add(all, edit_add, begun(set, edit_place%contact, edit_place%strip, edit_place%at))
+      associate (set => how%set, place => how%place, e => how%new)
+         do k = 1, size(set)
+            if (set(k)%rod_segment /= place%strip .or. set(k)%contact == place%contact .or. .not. set(k)%line) cycle
+            at = brought_near(how%strip, [place%at], 0.5_wp * sum(set(k)%at))
+            if (at(1) - e > set(k)%at(1) .and. at(1) + e < set(k)%at(2)) then
+               lies = .true.
+               new = opened(set, k, at(1) - e, at(1) + e)
+               call add(all, edit_rise, begun(new, place%contact, place%strip, at(1)), [k, size(new)], [2, 1])
+            end if
+            if (at(1) < set(k)%at(1) .or. at(1) > set(k)%at(2)) cycle
+            new = set
+            new(k)%contact = place%contact
+            call add(all, edit_change, new)
+         end do
+         if (.not. lies) call add(all, edit_add, begun(set, place%contact, place%strip, place%at))
+      end associate
    end subroutine meet_obstacle
 
    !> Adds the edits of point contact k.
-   subroutine edit_point(set, k, strip, e, near, all)
-      type(contact_span_t), intent(in) :: set(:)
+   subroutine edit_point(how, k, all)
+      type(editing_t), intent(in) :: how
       integer, intent(in) :: k
-      type(strip_t), intent(in) :: strip
-      real(wp), intent(in) :: e, near
       type(neighbour_t), allocatable, intent(inout) :: all(:)
       integer :: b, way
       real(wp) :: ends(2)
-      ends = strip%ends()
-      associate (at => set(k)%at(1))
+      ends = how%strip%ends()
+      associate (set => how%set, at => how%set(k)%at(1), boundary => how%strip%start, e => how%new)
          call add(all, edit_remove, lost(set, k))
          call add(all, edit_spread, spread_out(set, k, 0.5_wp * e, ends), [k, k], [1, 2])
          if (at - 0.5_wp * e > ends(1) .and. at + 0.5_wp * e < ends(2)) &
             & call add(all, edit_part, parted(set, k, e), [k, size(set) + 1], [1, 1])
-         do b = 1, size(strip%start)
-            if (abs(at - strip%start(b)) > near) cycle
-            if (abs(at - strip%start(b)) > 0.0_wp) call add(all, edit_pass, end_moved(set, k, 1, strip%start(b)))
+         do b = 1, size(boundary)
+            if (abs(at - boundary(b)) > how%near) cycle
+            if (abs(at - boundary(b)) > 0.0_wp) call add(all, edit_pass, end_moved(set, k, 1, boundary(b)))
             do way = -1, 1, 2
-               associate (to => strip%start(b) + way * e)
+               associate (to => boundary(b) + way * e)
                   if (to <= ends(1) .or. to >= ends(2)) cycle
                   call add(all, edit_leave, begun(set, set(k)%contact, set(k)%rod_segment, to), [size(set) + 1, 0])
                   call add(all, edit_leave, end_moved(set, k, 1, to), [k, 0])
-                  call add(all, edit_spread, extended(end_moved(set, k, 1, strip%start(b)), k, to), [k, 0], &
+                  call add(all, edit_spread, extended(end_moved(set, k, 1, boundary(b)), k, to), [k, 0], &
                      & spread(merge(1, 2, way < 0), 1, 2))
                end associate
             end do
@@ -251,20 +265,16 @@ contains
    end subroutine edit_point
 
    !> Adds the edits of line contact k.
-   subroutine edit_line(set, k, s, width, beyond, strip, e, near, all)
-      type(contact_span_t), intent(in) :: set(:)
+   subroutine edit_line(how, k, s, all)
+      type(editing_t), intent(in) :: how
       integer, intent(in) :: k
-      real(wp), intent(in) :: s              !! the place
-      real(wp), intent(in) :: width          !! half the length of a zone in which the test fails, 0: a point
-      logical, intent(in) :: beyond          !! the zone is that at the end of the increment
-      type(strip_t), intent(in) :: strip
-      real(wp), intent(in) :: e, near
+      real(wp), intent(in) :: s              !! the place, on the same turn around a closed strip as the line
       type(neighbour_t), allocatable, intent(inout) :: all(:)
       real(wp) :: ends(2), g, zone, middle
       integer :: i, j, first
-      ends = strip%ends()
-      zone = max(width, e)
-      associate (a => set(k)%at(1), b => set(k)%at(2))
+      ends = how%strip%ends()
+      zone = max(how%place%width, how%new)
+      associate (set => how%set, a => how%set(k)%at(1), b => how%set(k)%at(2), e => how%new, near => how%near)
          call add(all, edit_remove, lost(set, k))
          middle = 0.5_wp * (a + b)
          if (a <= ends(1)) middle = ends(1)
@@ -281,15 +291,15 @@ contains
             if (b - a <= g) cycle
             if (s - a <= max(2.0_wp * zone, near)) call end_off(1, a + g, a <= ends(1))
             if (b - s <= max(2.0_wp * zone, near)) call end_off(2, b - g, b >= ends(2))
-            if (.not. (beyond .and. width > 0.0_wp) .or. i == 2) cycle
+            if (.not. (how%place%beyond .and. how%place%width > 0.0_wp) .or. i == 2) cycle
             ! A zone of tensile force shows about how long the span is then.
             all(first + 1:)%beyond = .true.
             do j = first + 1, size(all)
                all(j)%held = 0
             end do
          end do
-         do i = 1, size(strip%start)
-            if (strip%start(i) > ends(1) .and. strip%start(i) < ends(2)) call at_boundary(strip%start(i))
+         do i = 1, size(how%strip%start)
+            if (how%strip%start(i) > ends(1) .and. how%strip%start(i) < ends(2)) call at_boundary(how%strip%start(i))
          end do
       end associate
 
@@ -301,9 +311,10 @@ contains
          real(wp), intent(in) :: to
          logical, intent(in) :: rod_ends
          type(contact_span_t), allocatable :: new(:)
-         new = end_moved(set, k, side, to)
+         new = end_moved(how%set, k, side, to)
          if (rod_ends) call add(all, edit_end_off, new, [k, 0], [side, side])
-         call add(all, edit_end_off, begun(new, set(k)%contact, set(k)%rod_segment, set(k)%at(side)), [k, size(set) + 1], [side, 1])
+         call add(all, edit_end_off, begun(new, how%set(k)%contact, how%set(k)%rod_segment, how%set(k)%at(side)), &
+            & [k, size(how%set) + 1], [side, 1])
       end subroutine end_off
 
       !> Edits of the line contact at a segment boundary: its end comes to the boundary, passes the boundary, or leaves a free span
@@ -312,30 +323,31 @@ contains
          real(wp), intent(in) :: s
          type(contact_span_t), allocatable :: new(:)
          integer :: side, way, first
-         if (s < set(k)%at(1) - near .or. s > set(k)%at(2) + near) return
+         if (s < how%set(k)%at(1) - how%near .or. s > how%set(k)%at(2) + how%near) return
          do side = 1, 2
-            if (abs(s - set(k)%at(side)) > near) cycle
+            if (abs(s - how%set(k)%at(side)) > how%near) cycle
             way = merge(-1, 1, side == 1)
-            call add(all, edit_pass, end_moved(set, k, side, s + way * e), [k, 0], [side, side])
+            call add(all, edit_pass, end_moved(how%set, k, side, s + way * how%new), [k, 0], [side, side])
             ! If the other end is before the boundary, this end may also stop before the boundary or come to it. An end at the
             ! boundary is held there by a couple, which at the arrival is zero, so that the set seems valid at first: it comes
             ! after the others.
-            if (way * (s - set(k)%at(3 - side)) > 0.0_wp) then
-               call add(all, edit_arrive, end_moved(set, k, side, s))
-               call add(all, edit_pass, end_moved(set, k, side, s - way * e), [k, 0], [side, side])
+            if (way * (s - how%set(k)%at(3 - side)) > 0.0_wp) then
+               call add(all, edit_arrive, end_moved(how%set, k, side, s))
+               call add(all, edit_pass, end_moved(how%set, k, side, s - way * how%new), [k, 0], [side, side])
             end if
-            if (way * (s - set(k)%at(3 - side)) <= e) cycle
+            if (way * (s - how%set(k)%at(3 - side)) <= how%new) cycle
             ! Most of the free span lies on the line's side of the boundary; the point contact behind it takes over the force of the
             ! line's end.
-            new = begun(end_moved(set, k, side, s - way * e), set(k)%contact, set(k)%rod_segment, s + way * behind * e)
-            call add(all, edit_jump, new, [k, size(set) + 1], [side, 1])
+            new = begun(end_moved(how%set, k, side, s - way * how%new), how%set(k)%contact, how%set(k)%rod_segment, &
+               & s + way * behind * how%new)
+            call add(all, edit_jump, new, [k, size(how%set) + 1], [side, 1])
          end do
-         call open_at(s, e, [k, size(set) + 1])
-         if (.not. beyond) return
+         call open_at(s, how%new, [k, size(how%set) + 1])
+         if (.not. how%place%beyond) return
          ! Where a force and a couple act, the parts of the span on both sides may grow with different powers of the load. A short
          ! span then has no equilibrium near any fixed ratio of the parts; the span at the end of the increment has.
          first = size(all)
-         call open_at(s, at_load_beyond * e, [0, 0])
+         call open_at(s, at_load_beyond * how%new, [0, 0])
          all(first + 1:)%beyond = .true.
       end subroutine at_boundary
 
@@ -343,34 +355,31 @@ contains
       subroutine open_at(place, half, held)
          real(wp), intent(in) :: place, half    !! place and half the length of the free span
          integer, intent(in) :: held(2)         !! contacts whose ends have prescribed places, 0: none
-         if (set(k)%at(1) < place - half .and. place + half < set(k)%at(2)) &
-            & call add(all, edit_open, opened(set, k, place - half, place + half), held, [2, 1])
+         if (how%set(k)%at(1) < place - half .and. place + half < how%set(k)%at(2)) &
+            & call add(all, edit_open, opened(how%set, k, place - half, place + half), held, [2, 1])
       end subroutine open_at
    end subroutine edit_line
 
    !> Adds the edits of free spans at a place: the whole span comes into contact, or the contacts beside it merge.
-   subroutine edit_free_spans(set, edit_place, strip, e, near, all)
-      type(contact_span_t), intent(in) :: set(:)
-      type(edit_place_t), intent(in) :: edit_place
-      type(strip_t), intent(in) :: strip
-      real(wp), intent(in) :: e, near
+   subroutine edit_free_spans(how, all)
+      type(editing_t), intent(in) :: how
       type(neighbour_t), allocatable, intent(inout) :: all(:)
       integer :: k, next, j
       real(wp) :: ends(2), whole(2)
-      whole = strip%ends()
-      do k = 1, size(set)
-         if (set(k)%rod_segment /= edit_place%strip) cycle
+      whole = how%strip%ends()
+      do k = 1, size(how%set)
+         if (how%set(k)%rod_segment /= how%place%strip) cycle
          next = following(k)
-         if (next == 0 .and. strip%closed) then
+         if (next == 0 .and. how%strip%closed) then
             call edit_gap_over_ends(k)
             cycle
          end if
-         ends = [set(k)%at(2), whole(2)]
-         if (next > 0) ends(2) = set(next)%at(1)
-         call edit_gap(set, [k, next])
-         if (any([(following(next) == k, next=1, size(set))]) .or. strip%closed) cycle
-         ends = [whole(1), set(k)%at(1)]
-         call edit_gap(set, [0, k])
+         ends = [how%set(k)%at(2), whole(2)]
+         if (next > 0) ends(2) = how%set(next)%at(1)
+         call edit_gap(how%set, [k, next])
+         if (any([(following(next) == k, next=1, size(how%set))]) .or. how%strip%closed) cycle
+         ends = [whole(1), how%set(k)%at(1)]
+         call edit_gap(how%set, [0, k])
       end do
 
    contains
@@ -380,11 +389,11 @@ contains
          integer, intent(in) :: k
          integer :: j
          next = 0
-         do j = 1, size(set)
-            if (set(j)%rod_segment /= set(k)%rod_segment .or. set(j)%contact /= set(k)%contact) cycle
-            if (set(j)%at(1) <= set(k)%at(2) .or. j == k) cycle
+         do j = 1, size(how%set)
+            if (how%set(j)%rod_segment /= how%set(k)%rod_segment .or. how%set(j)%contact /= how%set(k)%contact) cycle
+            if (how%set(j)%at(1) <= how%set(k)%at(2) .or. j == k) cycle
             if (next > 0) then
-               if (set(next)%at(1) <= set(j)%at(1)) cycle
+               if (how%set(next)%at(1) <= how%set(j)%at(1)) cycle
             end if
             next = j
          end do
@@ -393,16 +402,16 @@ contains
       !> The free span behind the last contact of a closed strip ends at the first contact.
       subroutine edit_gap_over_ends(k)
          integer, intent(in) :: k
-         type(contact_span_t) :: turned(size(set))
+         type(contact_span_t) :: turned(size(how%set))
          integer :: first
          first = k
-         do while (any([(following(j) == first, j=1, size(set))]))
-            first = findloc([(following(j) == first, j=1, size(set))], .true., 1)
+         do while (any([(following(j) == first, j=1, size(how%set))]))
+            first = findloc([(following(j) == first, j=1, size(how%set))], .true., 1)
          end do
          if (first == k) return
-         turned = set
-         turned(k)%at = set(k)%at - strip%length()
-         ends = [turned(k)%at(2), set(first)%at(1)]
+         turned = how%set
+         turned(k)%at = how%set(k)%at - how%strip%length()
+         ends = [turned(k)%at(2), how%set(first)%at(1)]
          call edit_gap(turned, [k, first])
       end subroutine edit_gap_over_ends
 
@@ -411,10 +420,10 @@ contains
          integer, intent(in) :: beside(2)
          integer :: one, other
          real(wp) :: end, at(1)
-         at = brought_near(strip, [edit_place%at], 0.5_wp * sum(ends))
-         if (.not. ends(2) > ends(1) .or. at(1) < ends(1) - near .or. at(1) > ends(2) + near) return
+         at = brought_near(how%strip, [how%place%at], 0.5_wp * sum(ends))
+         if (.not. ends(2) > ends(1) .or. at(1) < ends(1) - how%near .or. at(1) > ends(2) + how%near) return
          call add(all, edit_lie_down, laid_down(set, beside, ends))
-         if (ends(2) - ends(1) > 10.0_wp * near) return
+         if (ends(2) - ends(1) > 10.0_wp * how%near) return
          if (any(beside == 0)) then
             one = maxval(beside)
             end = merge(ends(1), ends(2), beside(1) == 0)
@@ -436,9 +445,11 @@ contains
       !> both meet at a joint of the obstacle no equilibrium exists with the end beyond the joint.)
       subroutine join_point(point, line, side)
          integer, intent(in) :: point, line, side
-         call add(all, edit_merge, lost(end_moved(set, line, side, set(point)%at(1)), point))
-         if (set(line)%at(2) - set(line)%at(1) > e) call add(all, edit_merge, lost(end_moved(set, line, side, &
-            & set(line)%at(side) + merge(e, -e, side == 1)), point), [merge(line - 1, line, point < line), 0], [side, side])
+         associate (set => how%set, e => how%new)
+            call add(all, edit_merge, lost(end_moved(set, line, side, set(point)%at(1)), point))
+            if (set(line)%at(2) - set(line)%at(1) > e) call add(all, edit_merge, lost(end_moved(set, line, side, &
+               & set(line)%at(side) + merge(e, -e, side == 1)), point), [merge(line - 1, line, point < line), 0], [side, side])
+         end associate
       end subroutine join_point
    end subroutine edit_free_spans
 

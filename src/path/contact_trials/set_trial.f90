@@ -18,11 +18,10 @@ module set_trial
    use bordered_system, only: linearise
    use sized_equilibrium, only: solve_sized
    use other_set, only: other_set_t, new_other_set, find_equilibrium
-   use path_state, only: path_state_t
    use rod_strips, only: strip_t, on_segments, strip_place, brought_near
    use beginning_contacts, only: release
    use neighbours, only: neighbour_t, edit_add
-   use tried_sets, only: change_place_t
+   use tried_sets, only: change_place_t, tried_set_t
    implicit none
    private
    public :: solve_neighbour
@@ -33,51 +32,51 @@ module set_trial
 
 contains
 
-   !> Finds the equilibrium of a neighbour of the contact set of `problem`.
-   subroutine solve_neighbour(here, problem, state, run, strip, neighbour, first, next, edited_at, found)
+   !> Finds the equilibrium of a neighbour of a contact set.
+   subroutine solve_neighbour(here, from, neighbour, trial, found)
       type(change_place_t), intent(in) :: here   !! the run's point, with its path tangent
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state         !! first guess, of `problem`
-      type(path_state_t), intent(in) :: run      !! gives the last number of a contact span
-      type(strip_t), intent(in) :: strip(:)
+      type(tried_set_t), intent(in) :: from      !! the set of which it is a neighbour, at the equilibrium that is the first guess
       type(neighbour_t), intent(in) :: neighbour
-      logical, intent(in) :: first               !! true: `problem` has the present contact set
-      type(other_set_t), intent(out) :: next          !! its system is factored at its state
-      real(wp), intent(out) :: edited_at         !! load factor of the equilibrium whose set was edited
+      type(tried_set_t), intent(inout) :: trial  !! out: the neighbour's equilibrium, its system factored there, and the load factor
+      !! of the equilibrium whose set was edited
       logical, intent(out) :: found
       type(contact_span_t), allocatable :: contact_span(:)
       type(control_t) :: plane
       integer :: ends(2)
-      logical :: free
-      edited_at = state%load_factor
-      call on_segments(strip, problem%covered, neighbour%set, contact_span, found)
-      if (.not. found) return
-      next = new_other_set(problem, state, numbered(contact_span, max(run%spans_begun, maxval([0, contact_span%number]))))
-      call carry_forces(problem, state, next%problem, next%state)
-      if (all(neighbour%held == 0)) then
-         found = .not. neighbour%beyond
-         if (found) call find_equilibrium(next, found, plane_at(here, next))
-         if (.not. found .and. first .and. allocated(here%beyond)) then
-            ! Without forces at the change a free span has no definite equilibrium.
-            contact_span = moved_beyond(here, next%problem%contact_span)
-            found = .not. any_overlap(contact_span)
-            if (.not. found) return
-            edited_at = here%beyond%load_factor
-            next = new_other_set(problem, here%beyond, contact_span)
-            call find_equilibrium(next, found)
-         end if
-         if (found .and. first .and. here%at_change .and. neighbour%edit == edit_add) call release(next, here%spans_begun + 1, free)
-      else
-         ends = held_ends(next, strip, neighbour)
-         found = any(ends > 0)
+      logical :: first, free
+      first = from%edits == 0
+      associate (next => trial%set, problem => from%set%problem, state => from%set%state, edited_at => trial%edited_at)
+         edited_at = state%load_factor
+         call on_segments(here%strip, problem%covered, neighbour%set, contact_span, found)
          if (.not. found) return
-         plane = plane_at(here, next)
-         call solve_sized(next%problem, ends, next%system, plane, difference * distance_at(here, plane), next%state, found)
-      end if
-      if (.not. found) return
-      call linearise(next%problem, next%state, next%state, next%system)
-      ! Fixed touchdown points might carry forces that free ones cannot.
-      found = next%system%ok .and. max(next%system%force_residual, next%system%defect_residual) <= unbalanced
+         next = new_other_set(problem, state, numbered(contact_span, max(here%spans_begun, maxval([0, contact_span%number]))))
+         call carry_forces(problem, state, next%problem, next%state)
+         if (all(neighbour%held == 0)) then
+            found = .not. neighbour%beyond
+            if (found) call find_equilibrium(next, found, plane_at(here, next))
+            if (.not. found .and. first .and. allocated(here%beyond)) then
+               ! Without forces at the change a free span has no definite equilibrium.
+               contact_span = moved_beyond(here, next%problem%contact_span)
+               found = .not. any_overlap(contact_span)
+               if (.not. found) return
+               edited_at = here%beyond%load_factor
+               next = new_other_set(problem, here%beyond, contact_span)
+               call find_equilibrium(next, found)
+            end if
+            if (found .and. first .and. here%at_change .and. neighbour%edit == edit_add) &
+               & call release(next, here%spans_begun + 1, free)
+         else
+            ends = held_ends(next, here%strip, neighbour)
+            found = any(ends > 0)
+            if (.not. found) return
+            plane = plane_at(here, next)
+            call solve_sized(next%problem, ends, next%system, plane, difference * distance_at(here, plane), next%state, found)
+         end if
+         if (.not. found) return
+         call linearise(next%problem, next%state, next%state, next%system)
+         ! Fixed touchdown points might carry forces that free ones cannot.
+         found = next%system%ok .and. max(next%system%force_residual, next%system%defect_residual) <= unbalanced
+      end associate
    end subroutine solve_neighbour
 
    !> Contact spans of a neighbour whose ends are moved along with the present spans, to the equilibrium beyond the

@@ -2,8 +2,9 @@
 module tried_sets
    use kinds, only: wp
    use model, only: step_t, method_displacement
-   use problem, only: problem_t
+   use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t
+   use rod_strips, only: strip_t, find_strips
    use path_point, only: path_point_t
    use path_state, only: path_state_t
    use test_kinds, only: span_test_t, test_gap, test_force, test_curvature, test_vanishing, test_couple
@@ -18,11 +19,14 @@ module tried_sets
       real(wp) :: travelled = 0.0_wp              !! length of the path behind this point, as a displacement: a structure may be
       !! back where it was
       logical :: at_change = .false.              !! true: the change is located at this point
-      logical :: vanishes = .false.               !! true: a free span is about to vanish just ahead
+      logical :: vanishes = .false.               !! true: free spans are about to vanish just ahead
       logical :: closed = .false.                 !! true: the gaps of these spans are rounding
+      type(span_test_t), allocatable :: closing(:) !! tests of these spans; not allocated: none
       logical :: kink = .true.                    !! false: the path is smooth at the located change
       logical :: pivots_are_reliable = .true.             !! false: the stiffness of the present set is singular here
-      type(span_test_t), allocatable :: zero(:)   !! tests that are zero at the located change, the located one first
+      type(span_test_t), allocatable :: zero(:)   !! tests that are zero at the located change, the located one first; not
+      !! allocated: no change is located
+      type(strip_t), allocatable :: strip(:)      !! strips of the structure, along which contact sets are edited
       integer :: spans_begun = 0                  !! last number given to a contact span
       type(state_t), allocatable :: beyond        !! equilibrium of the present set beyond the change, where a test fails
    end type change_place_t
@@ -46,14 +50,17 @@ module tried_sets
 
 contains
 
-   !> The run's point as the place of a change of contact.
-   function new_change_place(problem, step, run, point, zero, beyond) result(here)
+   !> The place from which another contact set is sought: a located change (`zero`), a point before which or at which free spans are
+   !> about to vanish (`closing`), or neither, a point from which no increment converges.
+   function new_change_place(problem, step, run, point, zero, beyond, closing) result(here)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step            !! its first increment is a scale of load changes
       type(path_state_t), intent(in) :: run
-      type(path_point_t), intent(in) :: point
-      type(span_test_t), intent(in), optional :: zero(:) !! tests that are zero at the run's point, if the change is located there
-      type(state_t), intent(in), optional :: beyond !! equilibrium further along the path
+      type(path_point_t), intent(in) :: point     !! on the path of the present set, at the run's point or further on
+      type(span_test_t), intent(in), optional :: zero(:) !! tests that are zero at the point, if the change is located there
+      type(state_t), allocatable, intent(in), optional :: beyond !! equilibrium of the present set further along the path; not
+      !! allocated: none is known
+      type(span_test_t), intent(in), optional :: closing(:) !! tests of free spans that are about to vanish
       type(change_place_t) :: here
       here%problem = problem
       here%path_point_t = point
@@ -62,7 +69,15 @@ contains
       here%travelled = run%arc_length * problem%size
       here%at_change = present(zero)
       here%spans_begun = run%spans_begun
-      if (present(beyond)) here%beyond = beyond
+      here%strip = find_strips(problem%layout)
+      if (present(beyond)) then
+         if (allocated(beyond)) here%beyond = beyond
+      end if
+      here%vanishes = present(closing)
+      if (here%vanishes) then
+         here%closing = closing
+         here%closed = all(abs(closing%value) * problem%size <= rounding_gap(problem))
+      end if
       if (.not. here%at_change) return
       here%zero = zero
       here%kink = any(zero(1)%kind == [test_gap, test_force, test_vanishing, test_couple])

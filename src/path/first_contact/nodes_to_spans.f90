@@ -8,8 +8,8 @@ module nodes_to_spans
    use contact_set_edits, only: same_set, laid_down
    use span_candidates, only: present_contact_spans
    use track_nodes, only: rod_angle
-   use test_kinds, only: span_test_t, test_slack, test_vanishing, test_gap
-   use other_set, only: other_set_t, copy_other_set, new_other_set, find_equilibrium, tests_of, passes_tests
+   use test_kinds, only: span_test_t, any_fails, test_slack, test_vanishing, test_gap
+   use other_set, only: other_set_t, copy_other_set, new_other_set, find_equilibrium, tests_of
    use reachability, only: leads_to_next
    use path_control, only: set_tangent
    use path_continuity, only: relation_t, relate, same_path, too_far
@@ -132,7 +132,7 @@ contains
          why = 'equilibrium was not found'
          if (.not. found) return
          why = 'contact did not settle'
-         found = passes_tests(next)
+         found = .not. any_fails(tests_of(next))
       end subroutine test_these_spans
 
       !> True if two contact spans on different obstacles are at the same place between the ends of a rod segment.

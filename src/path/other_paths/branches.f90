@@ -9,7 +9,7 @@ module branches
    use errors, only: error_t
    use model, only: step_t, branch_t, method_load, method_displacement, method_linearised
    use problem, only: problem_t, copy_problem
-   use path_point, only: point_at, evaluate_tests, path_point_t
+   use path_point, only: point_at, evaluate_tests, path_point_t, span_tests_at
    use path_control, only: is_arc_length, control_t, metric, displacement_between
    use archive, only: archive_t, archive_reset
    use increment_trials, only: attempt_t
@@ -26,7 +26,6 @@ module branches
    use bordered_system, only: apply_increment
    use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, deck_mode
    use test_kinds, only: span_test_t, test_slack, test_gap
-   use span_tests, only: run_span_tests
    use state_transfer, only: carried
    use path_continuity, only: path_tangent_at
    implicit none
@@ -322,7 +321,7 @@ contains
       subroutine check_penetration()
          type(span_test_t), allocatable :: tests(:)
          if (.not. problem%has_spans()) return
-         tests = run_span_tests(problem, trial%state, max(trial%system%force_scale, tiny(length)))
+         tests = span_tests_at(problem, trial)
          report%converged = all(tests%value >= -test_slack(tests%kind) .or. tests%kind /= test_gap)
          if (.not. report%converged) report%message = 'the other path begins inside an obstacle'
       end subroutine check_penetration

@@ -17,7 +17,7 @@ module path_point
    use span_tests, only: run_span_tests
    implicit none
    private
-   public :: path_point_t, point_at, move_to, renew, advance, evaluate_tests, evaluate_span_tests
+   public :: path_point_t, point_at, move_to, renew, advance, evaluate_tests, evaluate_span_tests, span_tests_at
 
    !> Tangent and test values of a trial point are set as soon as the direction of travel is known (path_state). The tests of
    !> contact spans at the end of an increment are also those at the start of the next one.
@@ -84,7 +84,14 @@ contains
    subroutine evaluate_span_tests(problem, point)
       type(problem_t), intent(in) :: problem
       type(path_point_t), intent(inout) :: point
-      if (.not. allocated(point%span_tests)) point%span_tests = run_span_tests(problem, point%state, &
-         & max(point%system%force_scale, tiny(point%system%force_scale)))
+      if (.not. allocated(point%span_tests)) point%span_tests = span_tests_at(problem, point)
    end subroutine evaluate_span_tests
+
+   !> Tests of the contact spans at a converged point, for its own scale of forces.
+   function span_tests_at(problem, point) result(tests)
+      type(problem_t), intent(in) :: problem
+      class(path_point_t), intent(in) :: point
+      type(span_test_t), allocatable :: tests(:)
+      tests = run_span_tests(problem, point%state, max(point%system%force_scale, tiny(point%system%force_scale)))
+   end function span_tests_at
 end module path_point
