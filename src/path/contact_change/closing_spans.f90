@@ -98,8 +98,8 @@ contains
       if (size(first) == 0) first = closing
    end function closed_or_all
 
-   !> True if all contacts that a set without free spans gains begin at its onset: each has a zero of pressure or force there. If no
-   !> zero is located there, the set may be valid only behind the closing of another span: it is false, too.
+   !> True if all contacts that a set without free spans gains begin at its onset: the pressure or force of each is zero there.
+   !> False also if the onset was not located at a zero of a test: the set may be valid only behind the closing of another span.
    logical function all_begin(first)
       type(other_set_t), intent(in) :: first          !! the set at its onset
       type(span_test_t), allocatable :: tests(:)

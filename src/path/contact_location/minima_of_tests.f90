@@ -29,8 +29,8 @@ module minima_of_tests
    !! smooth test its parabola then differs by a thousandth of what it did (4^-5)
    real(wp), parameter :: least_jump = 1.0e-2_wp !! least move of a touchdown point that may be a jump, as a share of its rod
    !! segment: contact that is lost and gained at places nearer than that counts as one contact that moves
-   real(wp), parameter :: outside = 0.5_wp !! share of the larger end slope by which the mean slope may lie outside both; of a
-   !! parabola the slope inside the increment then differs by 3/4 of the larger end slope from a linear one
+   real(wp), parameter :: outside = 0.5_wp !! share of the larger end slope by which the mean slope may lie outside both: the
+   !! cubic with these slopes then has in the middle a slope that differs by 3/4 of the larger one from the mean of both
 
 contains
 

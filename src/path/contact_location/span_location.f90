@@ -181,7 +181,7 @@ contains
          if (found) return
          call take_value(bracket, fraction, f)
       end do
-      ! A function with a jump closes its bracket without a zero.
+      ! Where the test jumps there is no zero: the values at the ends of the closed bracket still differ.
       found = abs(bracket%f_high - bracket%f_low) <= sqrt(step%locate_tolerance) * bracket%scale
    end subroutine locate_by_parts
 end module span_location

@@ -22,7 +22,7 @@ module contact_trials
    use edit_places, only: places_of_tests, places_of_contacts
    use set_trial, only: solve_neighbour
    use tried_sets, only: change_place_t, tried_set_t, copy_trial, append
-   use set_validity, only: is_near, verify, load_changes, is_far_enough, step_ahead
+   use set_validity, only: moves_little, verify, load_changes, is_far_enough, step_ahead
    use step_off, only: step_by, failing, tangent_along
    implicit none
    private
@@ -166,7 +166,7 @@ contains
             if (abs(change) > abs(here%beyond%load_factor - load)) change = here%beyond%load_factor - load
             call go_to_load(farther, load + change, tests)
             if (.not. allocated(tests)) return
-            if (any_fails(tests) .or. .not. is_near(here, farther)) return
+            if (any_fails(tests) .or. .not. moves_little(here, farther)) return
             farther%tangent = tangent_along(farther, farther%tangent%u, farther%tangent%load)
             call copy_other_set(farther, trial%set)
             trial%there = farther%path_point_t
@@ -251,7 +251,7 @@ contains
             ! Where a free span vanishes, a length is prescribed only if no set without it is valid.
             if (here%vanishes .and. any(neighbour(k)%held > 0) .and. size(valid) > 0) cycle
             call solve_neighbour(here, from, neighbour(k), trial, found)
-            if (found) found = is_near(here, trial%set) .and. .not. same_kind(here%problem%layout, here%problem%contact_span, &
+            if (found) found = moves_little(here, trial%set) .and. .not. same_kind(here%problem%layout, here%problem%contact_span, &
                & trial%set%problem%contact_span)
             if (found) found = .not. is_among(trial, valid)
             if (.not. found) cycle

@@ -16,7 +16,7 @@ module contact_ways
    use edit_places, only: places_of_tests
    use set_trial, only: solve_neighbour
    use tried_sets, only: change_place_t, tried_set_t, append
-   use set_validity, only: is_near, verify
+   use set_validity, only: moves_little, verify
    use contact_trials, only: neighbours_of
    implicit none
    private
@@ -50,7 +50,7 @@ contains
          do subset = 1, 2**size(edit_place) - 1
             call edit_all(strip, now, pack(edit_place, [(btest(subset, k - 1), k=1, size(edit_place))]), neighbour, found)
             if (found) call solve_neighbour(here, from, neighbour, trial, found)
-            if (found) found = is_near(here, trial%set) .and. .not. same_kind(problem%layout, taken%problem%contact_span, &
+            if (found) found = moves_little(here, trial%set) .and. .not. same_kind(problem%layout, taken%problem%contact_span, &
                & trial%set%problem%contact_span)
             if (.not. found) cycle
             trial%edits = 1

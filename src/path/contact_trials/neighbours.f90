@@ -292,7 +292,8 @@ contains
             if (s - a <= max(2.0_wp * zone, near)) call end_off(1, a + g, a <= ends(1))
             if (b - s <= max(2.0_wp * zone, near)) call end_off(2, b - g, b >= ends(2))
             if (.not. (how%place%beyond .and. how%place%width > 0.0_wp) .or. i == 2) cycle
-            ! A zone of tensile force shows about how long the span is then.
+            ! The zone of tensile force at the end of the increment shows about how long the free span is there; no length is
+            ! prescribed.
             all(first + 1:)%beyond = .true.
             do j = first + 1, size(all)
                all(j)%held = 0
@@ -305,7 +306,8 @@ contains
 
    contains
 
-      !> Moves an end of the line to `to`; a point contact remains at the former end. At the end of the rod none may remain.
+      !> Moves an end of the line to `to`, so that a free span opens behind it. A point contact remains at the former end; if that
+      !> is an end of the rod, the set without it is tried first.
       subroutine end_off(side, to, rod_ends)
          integer, intent(in) :: side
          real(wp), intent(in) :: to
@@ -329,8 +331,8 @@ contains
             way = merge(-1, 1, side == 1)
             call add(all, edit_pass, end_moved(how%set, k, side, s + way * how%new), [k, 0], [side, side])
             ! If the other end is before the boundary, this end may also stop before the boundary or come to it. An end at the
-            ! boundary is held there by a couple, which at the arrival is zero, so that the set seems valid at first: it comes
-            ! after the others.
+            ! boundary is held there by a couple, which is zero at the arrival, so that this set seems valid although the end goes
+            ! on: `order` has edit_arrive behind edit_pass.
             if (way * (s - how%set(k)%at(3 - side)) > 0.0_wp) then
                call add(all, edit_arrive, end_moved(how%set, k, side, s))
                call add(all, edit_pass, end_moved(how%set, k, side, s - way * how%new), [k, 0], [side, side])

@@ -1,7 +1,7 @@
 !> Verification of a contact set: whether the path continues with it. A set is valid if all its tests are satisfied at its
 !> equilibrium or a short step along its path (step_off), and if this path is the run's:
 !>
-!>   is_near             its equilibrium is near the run's point                                  every set
+!>   moves_little        it displaces the rod by no more than a path can from the run's point     every set
 !>   on_path             within reach of the last increment, or in the path's direction           where no change is located
 !>   goes_on_smoothly    ahead, and no eigenvalue has changed its sign                             new lengths at a located change
 !>   gaps_are_open       free spans are open, new ones by more than rounding                       sets with a prescribed length
@@ -34,7 +34,7 @@ module set_validity
    use step_off, only: tangent_along, along, step_by, failing
    implicit none
    private
-   public :: is_near, verify, load_changes, is_far_enough, step_ahead
+   public :: moves_little, verify, load_changes, is_far_enough, step_ahead
 
    ! Half and twice each of these values change no run of a sample of the tests; only with twice `farthest` one takes a set of
    ! another path.
@@ -52,17 +52,18 @@ module set_validity
 
 contains
 
-   !> True if an equilibrium is near enough to be on the same path, by displacements and load factor: to the run's point, or to the
-   !> equilibrium of the present set beyond the change.
-   logical function is_near(here, next)
+   !> True if an equilibrium is near enough to be on the same path: displacements and load factor differ by less than fixed bounds
+   !> from those of the run's point, or of the equilibrium of the present set beyond the change. (Behind increments with contact at
+   !> nodes an equilibrium may be farther, but the load has changed, too: there their ratio decides, see set_at_nodes.)
+   logical function moves_little(here, next)
       type(change_place_t), intent(in) :: here
       type(other_set_t), intent(in) :: next
-      is_near = is_near_to(here%state)
-      if (.not. is_near .and. allocated(here%beyond)) is_near = is_near_to(here%beyond)
+      moves_little = moves_little_from(here%state)
+      if (.not. moves_little .and. allocated(here%beyond)) moves_little = moves_little_from(here%beyond)
 
    contains
 
-      logical function is_near_to(state) result(near)
+      logical function moves_little_from(state) result(near)
          type(state_t), intent(in) :: state      !! equilibrium of the present set
          real(wp), allocatable :: u(:, :)
          real(wp) :: change, whole, reach
@@ -75,8 +76,8 @@ contains
          near = change <= another * next%problem%size .and. abs(next%state%load_factor - state%load_factor) <= reach
          ! Nothing may be displaced before the first change of contact.
          if (whole > rounding_gap(here%problem)) near = near .and. change <= farthest * max(whole, here%travelled)
-      end function is_near_to
-   end function is_near
+      end function moves_little_from
+   end function moves_little
 
    !> Finds out whether a set is valid, and in which sense the path continues with it.
    subroutine verify(step, run, here, trial)

@@ -81,7 +81,7 @@ contains
       if (.not. here%at_change) return
       here%zero = zero
       here%kink = any(zero(1)%kind == [test_gap, test_force, test_vanishing, test_couple])
-      ! The place of an osculating contact is undetermined.
+      ! An osculating contact may move along the rod without change of force, so that the sign of a pivot is rounding.
       here%pivots_are_reliable = zero(1)%kind /= test_curvature
    end function new_change_place
 

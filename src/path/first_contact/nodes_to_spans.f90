@@ -62,8 +62,8 @@ contains
          end if
          if (.not. allocated(why)) first = ahead%state%load_factor
          call find_spans(nodes, ahead%state, next, found, why)
-         ! Close to the point where no increment converged, directions of the path are rounding. Increments further away from it
-         ! have a direction.
+         ! Close to the run's point the chord to an equilibrium is rounding and may have any direction; farther away it shows
+         ! whether the equilibrium is ahead.
          if (found) found = leads_to_next(problem, run, next)
          if (found) exit
          on%last = ahead

@@ -3,8 +3,8 @@
 !>
 !> Increments with contact at nodes begin with the present contact set (active_nodes) and are not recorded. They continue until the
 !> contact at nodes corresponds to point and line contacts that pass their tests (find_spans_ahead). The path then goes back to the
-!> first point at which this contact set is valid (go_back). That point must be near the present point (is_near). The contacts lost
-!> and gained are found by comparison of the two sets (label_and_number).
+!> first point at which this contact set is valid (go_back). There the rod must have moved as far as the path moves with the load
+!> (moves_at_path_rate). The contacts lost and gained are found by comparison of the two sets (label_and_number).
 module set_at_nodes
    use kinds, only: wp
    use model, only: method_load, method_cylindrical
@@ -72,7 +72,7 @@ contains
       if (.not. found) return
       ahead = next%state
       call go_back(run%last%state%load_factor, next)
-      found = is_near(problem, run, next, apart)
+      found = moves_at_path_rate(problem, run, next, apart)
       if (.not. found) return
       here = next%state
       if (path_length(next%problem, here, ahead) <= 0.0_wp) here = carried(problem, run%last%state, next%problem)
@@ -84,9 +84,9 @@ contains
          & run%spans_begun, present_contact_spans(next%problem, next%state), next)
    end subroutine find_set_at_nodes
 
-   !> True if the next equilibrium is near enough to be on the same path: its distance from the present point agrees with the path's
-   !> rate times the change of load. The difference between the meshes is allowed in addition.
-   logical function is_near(problem, run, next, apart) result(near)
+   !> True if the next equilibrium can be on the same path: its distance from the present point is at most twice what the path's
+   !> rate gives for the change of load. The difference between the meshes is allowed in addition.
+   logical function moves_at_path_rate(problem, run, next, apart) result(near)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(other_set_t), intent(in) :: next
@@ -96,7 +96,7 @@ contains
       rise = next%state%load_factor - run%last%state%load_factor
       jump = path_length(next%problem, carried(problem, run%last%state, next%problem), next%state)
       near = (jump - max(apart, sqrt(epsilon(rise)) * problem%size)) * abs(run%last%tangent%load) <= most_steeper * abs(rise)
-   end function is_near
+   end function moves_at_path_rate
 
    !> (candidates) true: the node lies on a line contact, or next to a point contact, and supports permit a reaction on it.
    function active_nodes(nodes, state, contact_span) result(active)

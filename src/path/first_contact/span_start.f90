@@ -1,4 +1,6 @@
-!> Start of a path with contact spans: nodes detect the first contact.
+!> Start of a path with contact spans. Without contact at the start the path begins without spans, except at supports on an obstacle
+!> (prepare_spans). With contact it begins on a mesh whose nodes detect contact, and the first increment turns contact at nodes into
+!> contact spans (begin_spans).
 module span_start
    use kinds, only: wp, parallel
    use problem, only: problem_t, touching_gap, copy_problem

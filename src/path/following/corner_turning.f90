@@ -37,7 +37,7 @@ module corner_turning
    use displacement_functional, only: watched_displacement
    implicit none
    private
-   public :: turn_corner, corner_t, find_corner_ahead, is_near, part_before, differ
+   public :: turn_corner, corner_t, find_corner_ahead, is_too_near, part_before, differ
 
    real(wp), parameter :: least_load = 0.01_wp !! largest change of the load factor in the first increment behind a corner, over the
    !! load factor
@@ -243,15 +243,15 @@ contains
       end associate
    end subroutine find_corner_ahead
 
-   !> True if the corner is closer than the smallest increment.
-   pure logical function is_near(problem, step, run, corner)
+   !> True if the corner is nearer to the last accepted point than the smallest increment leads.
+   pure logical function is_too_near(problem, step, run, corner)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(corner_t), intent(in) :: corner
-      is_near = corner%length >= 0.0_wp
-      if (is_near) is_near = increment_for(problem, run, corner%length) < smallest(step, run%control)
-   end function is_near
+      is_too_near = corner%length >= 0.0_wp
+      if (is_too_near) is_too_near = increment_for(problem, run, corner%length) < smallest(step, run%control)
+   end function is_too_near
 
    !> Part of a failed increment that is tried next: a half, or the part up to the corner. If an increment up to the corner fails,
    !> the next one is shorter by the uncertainty of the corner's position. If the corner is closer than this uncertainty, increments

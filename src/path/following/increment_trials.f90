@@ -6,7 +6,7 @@ module increment_trials
    use model, only: step_t
    use problem, only: problem_t, copy_problem
    use path_continuity, only: relation_t, relate, same_path, turned_over, too_far, at_corner
-   use corner_turning, only: corner_t, find_corner_ahead, is_near
+   use corner_turning, only: corner_t, find_corner_ahead, is_too_near
    use path_point, only: advance, path_point_t
    use path_state, only: path_state_t, copy_path_state, path_tangent_of
    use known_path, only: retraces_path
@@ -126,7 +126,7 @@ contains
       ! With contact spans a corner of the path is a located contact change, and the path tangent is that behind the change.
       if (attempt%off_path .and. .not. problem%has_spans()) then
          call find_corner_ahead(problem, run, attempt%trial, attempt%corner)
-         attempt%off_path = .not. (around_corner(before, attempt) .or. is_near(problem, step, run, attempt%corner))
+         attempt%off_path = .not. (around_corner(before, attempt) .or. is_too_near(problem, step, run, attempt%corner))
       else
          attempt%corner = corner_t()
       end if
