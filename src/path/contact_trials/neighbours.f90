@@ -417,9 +417,10 @@ contains
          call edit_gap(turned, [k, first])
       end subroutine edit_gap_over_ends
 
+      !> Adds the edits of the free span `ends` between two contacts, or between a contact and an end of the strip.
       subroutine edit_gap(set, beside)
-         type(contact_span_t), intent(in) :: set(:)
-         integer, intent(in) :: beside(2)
+         type(contact_span_t), intent(in) :: set(:) !! contact set with both on the same turn around a closed strip
+         integer, intent(in) :: beside(2)           !! the two contacts; 0: the end of the strip
          integer :: one, other
          real(wp) :: end, at(1)
          at = brought_near(how%strip, [how%place%at], 0.5_wp * sum(ends))
@@ -437,17 +438,18 @@ contains
          if (.not. (set(one)%line .or. set(other)%line)) then
             call add(all, edit_merge, merged(set, one, other))
          else if (set(one)%line .and. .not. set(other)%line) then
-            call join_point(other, one, 2)
+            call join_point(set, other, one, 2)
          else if (set(other)%line .and. .not. set(one)%line) then
-            call join_point(one, other, 1)
+            call join_point(set, one, other, 1)
          end if
       end subroutine edit_gap
 
       !> A point contact and an end of a line become the line's end: at the place of the point, or already on its way back. (Where
       !> both meet at a joint of the obstacle no equilibrium exists with the end beyond the joint.)
-      subroutine join_point(point, line, side)
+      subroutine join_point(set, point, line, side)
+         type(contact_span_t), intent(in) :: set(:) !! contact set with both on the same turn around a closed strip
          integer, intent(in) :: point, line, side
-         associate (set => how%set, e => how%new)
+         associate (e => how%new)
             call add(all, edit_merge, lost(end_moved(set, line, side, set(point)%at(1)), point))
             if (set(line)%at(2) - set(line)%at(1) > e) call add(all, edit_merge, lost(end_moved(set, line, side, &
                & set(line)%at(side) + merge(e, -e, side == 1)), point), [merge(line - 1, line, point < line), 0], [side, side])
