@@ -12,7 +12,9 @@ module closing_spans
    use rod_strips, only: find_strips
    use path_record, only: recorder_t
    use contact_change_types, only: step_interval_t
-   use reachability, only: reach_of
+   use reachability, only: reach_of, turns
+   use step_control, only: too_short
+   use trial_request, only: request_t
    use other_set, only: other_set_t, tests_of
    use set_validity, only: step_ahead
    use tried_sets, only: new_change_place
@@ -49,43 +51,49 @@ contains
       closing = pack(interval%after, near)
    end function about_to_close
 
-   !> Passes to the contact set without the given free spans at its onset, on the increment or just ahead. What the deck asks for on
-   !> the way there comes first, with the present set.
-   subroutine close_spans(problem, step, run, point, interval, closing, can_cut, recorder, changed, too_far, finished, &
-      & outcome)
+   !> Passes to the contact set without the given free spans at its onset, on the increment or, if no increment converges, just
+   !> ahead. What the deck asks for on the way there comes first, with the present set: a shorter increment is requested while a
+   !> limit point or such a value lies before the onset, or the onset of a set without some of the spans alone.
+   subroutine close_spans(problem, step, run, point, interval, closing, recorder, request, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(path_point_t), intent(in) :: point    !! of the present set, near the onset
       type(step_interval_t), intent(in) :: interval
-      type(span_test_t), intent(in) :: closing(:) !! tests of the spans
-      logical, intent(in) :: can_cut             !! a shorter increment can be tried instead
+      type(span_test_t), intent(in) :: closing(:) !! tests of the spans; may be empty
       class(recorder_t), intent(inout) :: recorder
-      logical, intent(out) :: changed            !! false: no such set was found, or it does not begin yet
-      logical, intent(out) :: too_far            !! true: before the onset the increment passes a value that the deck asks for, or
-      !! the onset of a set without some of the spans alone
+      type(request_t), intent(inout) :: request  !! set_changed: the path goes on without the spans; unchanged: no such set was
+      !! found, or it does not begin yet
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(other_set_t) :: first, next
+      logical :: found, begins, too_far, can_cut
       finished = .false.
-      too_far = .false.
-      changed = size(closing) > 0
-      if (.not. changed) return
+      if (size(closing) == 0) return
+      can_cut = .not. interval%stuck .and. .not. too_short(step, run%control, 0.5_wp)
+      if (can_cut .and. turns(run, interval)) then
+         call request%locate_nearer(step, run%control, closing(1))
+         return
+      end if
       call try_sets(step, run, new_change_place(problem, step, run, point, closing=closed_or_all(problem, closing)), first, next, &
-         & changed)
-      if (.not. changed) return
+         & found)
+      if (.not. found) return
+      too_far = .false.
       associate (onset => first%state%load_factor, end => interval%to%state%load_factor)
          if (interval%stuck) then
-            changed = .not. stays_valid(problem, run, onset)
+            begins = .not. stays_valid(problem, run, onset)
          else
-            changed = .not. passes_value(problem, step, run, first, .false.)
-            too_far = .not. changed .and. (onset - end) * (end - interval%from%load_factor) <= 0.0_wp
-            if (changed .and. can_cut) too_far = .not. all_begin(first)
-            changed = changed .and. .not. too_far
+            begins = .not. passes_value(problem, step, run, first, .false.)
+            too_far = .not. begins .and. (onset - end) * (end - interval%from%load_factor) <= 0.0_wp
+            if (begins .and. can_cut) too_far = .not. all_begin(first)
          end if
       end associate
-      if (.not. changed) return
-      call begin_set(problem, step, run, first, next, recorder, finished, outcome)
+      if (too_far) then
+         call request%locate_nearer(step, run%control, closing(1))
+      else if (begins) then
+         request%set_changed = .true.
+         call begin_set(problem, step, run, first, next, recorder, finished, outcome)
+      end if
    end subroutine close_spans
 
    !> Tests of those free spans whose gap is rounding; if there are none, all: spans that have closed are replaced by line contacts

@@ -17,7 +17,6 @@ module span_changes
    use rod_state, only: state_t
    use test_kinds, only: span_test_t, any_may_fail, test_words, is_length, test_gap, test_force, &
       & test_vanishing
-   use reachability, only: turns
    use closing_spans, only: about_to_close, close_spans
    use contact_change_types, only: step_interval_t, change_t, new_interval, change_none, change_missed, change_located, &
       & place_within, place_here, place_ahead
@@ -44,7 +43,6 @@ module span_changes
    use corner_limit, only: check_return
    use trial_request, only: request_t
    use path_outcome, only: outcome_t
-   use step_control, only: too_short
    use path_record, only: recorder_t
    use error_bar, only: error_bars_t
    use error_report, only: bars_at_point, tolerance_at
@@ -82,7 +80,7 @@ contains
       interval = new_interval(problem, run, trial, stuck)
       call find_change(problem, step, run, interval, change)
       if (change%kind == change_missed) then
-         call go_less_far(step, run, interval%after(change%which), request)
+         call request%locate_nearer(step, run%control, interval%after(change%which))
          return
       end if
       call check_inside(problem, step, run, interval, change, request)
@@ -95,37 +93,14 @@ contains
             call request_resolving_mesh(problem, run, tries, request, asked)
             if (asked) return
          end if
-         call close_at(problem, step, run, interval%to, interval, about_to_close(problem, interval, .false.), recorder, request, &
-            & finished, outcome)
+         call close_spans(problem, step, run, interval%to, interval, about_to_close(problem, interval, .false.), recorder, &
+            & request, finished, outcome)
       end if
       if (.not. request%set_changed) return
       run%since_change%at = run%arc_length
       if (.not. (finished .or. allocated(outcome%why) .or. allocated(request%no_set))) &
          & call check_return(problem, step, run, outcome)
    end subroutine check_contact_change
-
-   !> Closes free spans at a point of the increment or, if no increment converges, just ahead. Events before the onset of the next
-   !> set could be missed: a shorter increment is requested while a limit point or a value that the deck asks for lies on this one.
-   subroutine close_at(problem, step, run, point, interval, closing, recorder, request, finished, outcome)
-      type(problem_t), intent(inout) :: problem
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run
-      type(path_point_t), intent(in) :: point
-      type(step_interval_t), intent(in) :: interval
-      type(span_test_t), intent(in) :: closing(:) !! tests of the spans
-      class(recorder_t), intent(inout) :: recorder
-      type(request_t), intent(inout) :: request  !! set_changed: the path goes on without the spans
-      logical, intent(out) :: finished
-      type(outcome_t), intent(inout) :: outcome
-      logical :: can_cut, too_far
-      finished = .false.
-      if (size(closing) == 0) return
-      can_cut = .not. interval%stuck .and. .not. too_short(step, run%control, 0.5_wp)
-      too_far = can_cut .and. turns(run, interval)
-      if (.not. too_far) call close_spans(problem, step, run, point, interval, closing, can_cut, recorder, request%set_changed, &
-         & too_far, finished, outcome)
-      if (too_far) call go_less_far(step, run, closing(1), request)
-   end subroutine close_at
 
    !> Looks for a failure before the located change or, if there is none, before the end of the increment, by the slopes of tests.
    subroutine check_inside(problem, step, run, interval, change, request)
@@ -170,7 +145,7 @@ contains
       change%label = label_of(problem, change%tests(change%which))
       if (change%label == '  ') then
          ! Where a free span vanishes other tests fail because of it.
-         call close_at(problem, step, run, change%point, interval, [pack(change%zero, change%zero%kind == test_vanishing), &
+         call close_spans(problem, step, run, change%point, interval, [pack(change%zero, change%zero%kind == test_vanishing), &
             & about_to_close(problem, interval, .true.)], recorder, request, finished, outcome)
          if (request%set_changed .or. request%shorter) return
       end if
@@ -327,7 +302,7 @@ contains
          if (.not. interval%stuck) call check_between(problem, step, run, interval, 0, request%shorter)
       else
          ! An earlier event is located more reliably on a shorter increment.
-         call go_less_far(step, run, interval%after(change%which), request)
+         call request%locate_nearer(step, run%control, interval%after(change%which))
       end if
    end subroutine record_change
 
@@ -367,14 +342,4 @@ contains
          if (order_is_uncertain) return
       end do
    end function order_is_uncertain
-
-   !> Requests a shorter increment to locate a zero that was not found.
-   subroutine go_less_far(step, run, test, request)
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(in) :: run
-      type(span_test_t), intent(in) :: test      !! test whose zero was not found
-      type(request_t), intent(inout) :: request  !! no set is found if the increment would be below the least one
-      request%shorter = .true.
-      if (too_short(step, run%control, 0.5_wp)) request%no_set = 'where '//trim(test_words(test%kind))//' was not found'
-   end subroutine go_less_far
 end module span_changes

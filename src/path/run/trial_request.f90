@@ -2,7 +2,12 @@
 !> mesh or with a smaller residual. Acceptance and contact changes return the requirements as a value, and the path follower fulfils
 !> them.
 module trial_request
+   use kinds, only: wp
+   use model, only: step_t
+   use test_kinds, only: span_test_t, test_words
    use mesh_density, only: mesh_density_t
+   use path_control, only: control_t
+   use step_control, only: too_short
    use path_point, only: path_point_t
    implicit none
    private
@@ -29,6 +34,7 @@ module trial_request
       procedure :: begin_trial
       procedure :: begin_increment
       procedure :: repeats_increment
+      procedure :: locate_nearer
    end type request_t
 
 contains
@@ -56,4 +62,14 @@ contains
       class(request_t), intent(in) :: self
       repeats_increment = self%smaller_residual .or. allocated(self%density)
    end function repeats_increment
+
+   !> Requests a shorter increment on which the zero of a test may be located. If it would be below the least one, the path ends.
+   subroutine locate_nearer(self, step, control, test)
+      class(request_t), intent(inout) :: self
+      type(step_t), intent(in) :: step
+      type(control_t), intent(in) :: control     !! of the present increment
+      type(span_test_t), intent(in) :: test      !! test whose zero was not found
+      self%shorter = .true.
+      if (too_short(step, control, 0.5_wp)) self%no_set = 'where '//trim(test_words(test%kind))//' was not found'
+   end subroutine locate_nearer
 end module trial_request
