@@ -35,9 +35,9 @@ module span_changes
    use contact_ways, only: other_ways
    use tried_sets, only: tried_set_t, new_change_place
    use event_recording, only: new_critical, announce
-   use critical_points, only: way_t
+   use critical_points, only: critical_point_t
    use path_point, only: path_point_t, evaluate_span_tests
-   use path_state, only: path_state_t, path_tangent_of, small_load, keep_critical_point
+   use path_state, only: path_state_t, path_tangent_of, small_load, new_critical_point
    use settle_findings, only: arrival_t
    use path_acceptance, only: accept
    use corner_limit, only: check_return
@@ -189,18 +189,19 @@ contains
       type(tried_set_t), intent(in) :: way(:)    !! valid sets of the other ways
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
-      type(way_t) :: ways(size(way))
+      type(critical_point_t) :: kept
       integer :: k
       if (size(way) == 0) return
+      kept = new_critical_point(problem, run, 'BP', change%point%state, change%point%system%negative_pivots)
+      kept%multiplicity = size(way)
+      if (allocated(change%bars)) kept%bars = change%bars
+      allocate (kept%way(size(way)))
       do k = 1, size(way)
-         call copy_problem(way(k)%set%problem, ways(k)%problem)
-         ways(k)%state = way(k)%there%state
-         ways(k)%tangent = way(k)%there%tangent
+         call copy_problem(way(k)%set%problem, kept%way(k)%problem)
+         kept%way(k)%state = way(k)%there%state
+         kept%way(k)%tangent = way(k)%there%tangent
       end do
-      associate (place => change%point%state)
-         call keep_critical_point(problem, run, 'BP', place, place, 1.0_wp, run%arc_length, change%point%system%negative_pivots, &
-            & size(way), bars=change%bars, way=ways)
-      end associate
+      call run%critical_points%keep(kept)
       call announce(problem, run, new_critical('BP', 'bifurcation, '//to_text(size(way) + 1)// &
          & ' ways on: several contacts change at once', change%bars), change%point, .true., recorder, outcome)
    end subroutine keep_other_ways

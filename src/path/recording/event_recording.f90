@@ -4,16 +4,18 @@ module event_recording
    use errors, only: error_t
    use text, only: to_text
    use model, only: step_t
-   use problem, only: problem_t
+   use problem, only: problem_t, copy_problem
    use rod_state, only: state_t, candidate_opening
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
    use located_zero, only: as_zero
    use tangent_modes, only: modes_t, null_vectors, choose_null_vectors, nodal_values, deck_mode
    use force_free_contact, only: remove_force_free_lines, free_rotations, line_opening
-   use path_control, only: path_length
+   use path_control, only: path_length, displacement_between
+   use state_transfer, only: carried_field
    use path_point, only: path_point_t
-   use path_state, only: path_state_t, keep_critical_point, append_recent_part, located_event_t
+   use path_state, only: path_state_t, new_critical_point, append_recent_part, located_event_t
+   use critical_points, only: critical_point_t
    use known_path, only: is_known_bifurcation, check_closure
    use contact_labels, only: contact_gained
    use path_events, only: event_t, event_stop, event_bifurcation, event_release, event_limit
@@ -90,20 +92,24 @@ contains
          type(problem_t) :: free
          type(state_t) :: released
          type(system_t) :: other
-         real(wp) :: arc_length, sense
+         type(critical_point_t) :: kept
+         real(wp) :: sense
          integer :: opens
          logical :: weak
          associate (event => located_event%event, place => located_event%point%state, system => located_event%point%system)
             if (.not. any(event%kind == [event_bifurcation, event_release, event_limit])) return
-            arc_length = run%arc_length + path_length(problem, run%last%state, place)
+            kept = new_critical_point(problem, run, event%label, place, pivots)
+            if (event%kind /= event_limit) kept%drift = kept%direction - located_event%fraction * &
+               & displacement_between(problem, run%last%state, trial%state)
             select case (event%kind)
             case (event_bifurcation)
                call find_null_vectors(problem, step, system, place, event, critical, modes)
                if (allocated(located_event%bars)) then
                   if (located_event%bars%unfolding > 0.0_wp) critical%note = critical%note//imperfect
                end if
-               call keep_critical_point(problem, run, 'BP', place, trial%state, located_event%fraction, arc_length, pivots, &
-                  & size(critical%null_vector, 3), event%scale, located_event%bars)
+               kept%multiplicity = size(critical%null_vector, 3)
+               kept%scale = event%scale
+               if (allocated(located_event%bars)) kept%bars = located_event%bars
             case (event_release)
                call remove_force_free_lines(problem, place, system, free, released, weak)
                other = new_system(free)
@@ -115,12 +121,17 @@ contains
                   & critical%note = 'bifurcation without contacts that carry no force; none of its directions opens them all'
                call free_rotations(free)
                call deck_mode(free, released, other, modes%x(:, 1), critical%null_vector(:, :, 1), sense)
-               call keep_critical_point(problem, run, 'BP', place, trial%state, located_event%fraction, arc_length, pivots, 1, &
-                  & free=free, released=released, opens=nint(opens * sense))
+               kept%multiplicity = 1
+               kept%opens = nint(opens * sense)
+               ! A branch leaves the point without the force-free contacts.
+               kept%direction = carried_field(problem, place, kept%direction, free, released)
+               kept%drift = carried_field(problem, place, kept%drift, free, released)
+               call copy_problem(free, kept%problem)
+               kept%state = released
             case (event_limit)
-               call keep_critical_point(problem, run, event%label, place, trial%state, 0.0_wp, arc_length, pivots, 0, &
-                  & corner=event%corner)
+               kept%corner = event%corner
             end select
+            call run%critical_points%keep(kept)
          end associate
       end subroutine keep_start
    end subroutine record_event

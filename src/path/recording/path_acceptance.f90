@@ -6,10 +6,9 @@ module path_acceptance
    use kinds, only: wp
    use model, only: step_t
    use problem, only: problem_t
-   use path_control, only: path_length
    use path_point, only: path_point_t, evaluate_tests
    use trial_request, only: request_t
-   use path_state, only: path_state_t, arrived_t, keep_critical_point
+   use path_state, only: path_state_t, arrived_t, new_critical_point
    use contact_labels, only: contact_words
    use path_events, only: event_stop, event_bifurcation
    use known_path, only: check_closure
@@ -57,11 +56,10 @@ contains
       call record_trial(problem, run, trial, arrival, findings, recorder, outcome)
       if (allocated(outcome%why)) return
       call announce_missed(problem, run, trial, findings, recorder, finished, outcome)
-      if (arrival%label /= '') then
-         call announce_contact(problem, run, trial, arrival, findings, recorder, outcome)
-      else if (arrival%changes) then
-         call keep_change(problem, run, trial, arrival)
-      end if
+      if (arrival%label /= '') call announce_contact(problem, run, trial, arrival, findings, recorder, outcome)
+      ! The contact change is kept for the checks whether the path comes back to it; no branch starts from it.
+      if (arrival%label /= '' .or. arrival%changes) call run%critical_points%keep(new_critical_point(problem, run, arrival%label, &
+         & trial%state, trial%test_values%negative_pivots))
       if (finished) call announce(problem, run, new_critical('EP', 'end of the step', findings%bars), trial, .true., &
          & recorder, outcome)
       if (allocated(outcome%why)) return
@@ -143,8 +141,8 @@ contains
             call note_bracketed(outcome, event%note, run%last%state%load_factor, trial%state%load_factor)
             finished = finished .or. event%kind == event_stop
             ! The point is stored for the closure check; no branch can start from it.
-            call keep_critical_point(problem, run, event%label, trial%state, trial%state, 1.0_wp, &
-               & run%arc_length + path_length(problem, run%last%state, trial%state), trial%test_values%negative_pivots, 0)
+            call run%critical_points%keep(new_critical_point(problem, run, event%label, trial%state, &
+               & trial%test_values%negative_pivots))
          end associate
       end do
    end subroutine announce_missed
@@ -170,18 +168,7 @@ contains
       from = run%last%state%load_factor
       if (allocated(arrival%since)) from = arrival%since
       if (arrival%bracketed) call note_bracketed(outcome, note, from, trial%state%load_factor)
-      call keep_change(problem, run, trial, arrival)
    end subroutine announce_contact
-
-   !> Stores the contact change for the checks whether the path comes back to it; no branch starts from it.
-   subroutine keep_change(problem, run, trial, arrival)
-      type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run
-      type(path_point_t), intent(in) :: trial
-      type(arrival_t), intent(in) :: arrival
-      call keep_critical_point(problem, run, arrival%label, trial%state, trial%state, 1.0_wp, run%arc_length + &
-         & path_length(problem, run%last%state, trial%state), trial%test_values%negative_pivots, 0)
-   end subroutine keep_change
 
    !> Makes the trial the last point of the run. Bifurcations behind the trial do not count in its number of negative pivots.
    subroutine arrive(problem, run, trial, arrival, findings)

@@ -35,8 +35,8 @@ module critical_points
       real(wp) :: arc_length = 0.0_wp
       real(wp), allocatable :: direction(:, :)   !! (3, nodes) change of the displacements along the path up to the point
       real(wp) :: direction_load = 0.0_wp        !! change of the load factor along the path up to the point
-      real(wp), allocatable :: drift(:, :) !! (3, nodes) deviation of the point from the chord between its two neighbours on the
-      !! path: a measure of rounding
+      real(wp), allocatable :: drift(:, :) !! (3, nodes) BP with null vectors: deviation of the point from the chord between its two
+      !! neighbours on the path: a measure of rounding; else 0
       type(control_t) :: control
    end type critical_point_t
 

@@ -6,13 +6,12 @@ module path_state
    use model, only: method_load, method_displacement, step_t
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
-   use state_transfer, only: carried_field
    use mesh_density, only: mesh_density_t
-   use path_control, only: control_t, displacement_between
+   use path_control, only: control_t, displacement_between, path_length
    use error_bar, only: error_bars_t
    use enriched_problem, only: enriched_problem_t
    use mesh_request, only: refinement_t
-   use critical_points, only: critical_point_t, critical_points_t, way_t
+   use critical_points, only: critical_point_t, critical_points_t
    use displacement_functional, only: monitor_change
    use path_continuity, only: path_tangent_t, path_tangent_at, chord_between
    use path_record, only: region_t
@@ -23,7 +22,7 @@ module path_state
    implicit none
    private
    public :: path_state_t, recent_path_t, slopes_t, onset_t, since_change_t, point_on_mesh_t, mesh_history_t, arrived_t, &
-      & copy_path_state, path_tangent_of, keep_critical_point, append_recent_part, forget_mesh, rest_of_mesh, &
+      & copy_path_state, path_tangent_of, new_critical_point, append_recent_part, forget_mesh, rest_of_mesh, &
       & small_load, located_event_t, note_balance
 
    integer, parameter :: rest_of_mesh = 10 !! number of accepted points after a refinement during which no coarser mesh is tried
@@ -188,53 +187,26 @@ contains
       if (allocated(run%mesh%before_coarsening)) deallocate (run%mesh%before_coarsening)
    end subroutine forget_mesh
 
-   !> Adds the point recorded last to the critical points.
-   subroutine keep_critical_point(problem, run, label, state, trial, part, arc_length, pivots, multiplicity, scale, bars, free, &
-      & released, corner, opens, way)
+   !> A critical point at a place between the last accepted point and the next one, to be kept with the number of the point recorded
+   !> last. It has what all critical points have; the caller adds what its kind has (see critical_point_t) and keeps it.
+   function new_critical_point(problem, run, label, place, pivots) result(critical_point)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run
+      type(path_state_t), intent(in) :: run
       character(*), intent(in) :: label !! LP, BP, C+ or C-; '': a contact change without label
-      type(state_t), intent(in) :: state
-      type(state_t), intent(in) :: trial         !! state of the next accepted point or trial behind the critical point
-      real(wp), intent(in) :: part               !! position of `state` between the last accepted point and `trial`, 0 to 1
-      real(wp), intent(in) :: arc_length         !! arc length of the critical point
+      type(state_t), intent(in) :: place
       integer, intent(in) :: pivots              !! number of negative pivots before the critical point
-      integer, intent(in) :: multiplicity        !! BP: number of null vectors, else 0
-      real(wp), intent(in), optional :: scale    !! scale of the eigenvalue, see event_t
-      type(error_bars_t), allocatable, intent(in), optional :: bars !! not allocated: the point has none
-      type(problem_t), intent(in), optional :: free !! problem without force-free contacts, in which a branch leaves the critical
-      !! point
-      type(state_t), intent(in), optional :: released !! state of the critical point in the problem `free`
-      logical, intent(in), optional :: corner    !! LP: the load turns at a corner of the path
-      integer, intent(in), optional :: opens     !! BP: side on which contacts open, see critical_point_t
-      type(way_t), intent(in), optional :: way(:) !! BP: paths with other contact sets, see critical_point_t
       type(critical_point_t) :: critical_point
       critical_point%label = label
       call copy_problem(problem, critical_point%problem)
-      critical_point%state = state
+      critical_point%state = place
       critical_point%point = run%points
       critical_point%pivots = pivots
-      critical_point%multiplicity = multiplicity
-      critical_point%arc_length = arc_length
-      critical_point%direction = displacement_between(problem, run%last%state, state)
-      critical_point%drift = critical_point%direction - part * displacement_between(problem, run%last%state, trial)
-      critical_point%direction_load = state%load_factor - run%last%state%load_factor
+      critical_point%arc_length = run%arc_length + path_length(problem, run%last%state, place)
+      critical_point%direction = displacement_between(problem, run%last%state, place)
+      critical_point%direction_load = place%load_factor - run%last%state%load_factor
+      critical_point%drift = 0.0_wp * critical_point%direction
       critical_point%control = run%control
-      if (present(scale)) critical_point%scale = scale
-      if (present(bars)) then
-         if (allocated(bars)) critical_point%bars = bars
-      end if
-      if (present(corner)) critical_point%corner = corner
-      if (present(opens)) critical_point%opens = opens
-      if (present(way)) critical_point%way = way
-      if (present(free)) then
-         critical_point%direction = carried_field(problem, state, critical_point%direction, free, released)
-         critical_point%drift = carried_field(problem, state, critical_point%drift, free, released)
-         call copy_problem(free, critical_point%problem)
-         critical_point%state = released
-      end if
-      call run%critical_points%keep(critical_point)
-   end subroutine keep_critical_point
+   end function new_critical_point
 
    !> Change of the load factor that finite differences use.
    pure real(wp) function small_load(run) result(step)
