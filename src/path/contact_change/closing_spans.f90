@@ -60,7 +60,7 @@ contains
       type(path_state_t), intent(inout) :: run
       type(path_point_t), intent(in) :: point    !! of the present set, near the onset
       type(step_interval_t), intent(in) :: interval
-      type(span_test_t), intent(in) :: closing(:) !! tests of the spans; may be empty
+      type(span_test_t), intent(in) :: closing(:) !! tests of the spans, at least one
       class(recorder_t), intent(inout) :: recorder
       type(request_t), intent(inout) :: request  !! set_changed: the path goes on without the spans; unchanged: no such set was
       !! found, or it does not begin yet
@@ -69,7 +69,6 @@ contains
       type(other_set_t) :: first, next
       logical :: found, begins, too_far, can_cut
       finished = .false.
-      if (size(closing) == 0) return
       can_cut = .not. interval%stuck .and. .not. too_short(step, run%control, 0.5_wp)
       if (can_cut .and. turns(run, interval)) then
          call request%locate_nearer(step, run%control, closing(1))

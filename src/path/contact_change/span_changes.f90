@@ -33,7 +33,7 @@ module span_changes
    use vanished_length, only: find_vanished
    use contact_trials, only: try_sets
    use contact_ways, only: other_ways
-   use tried_sets, only: tried_set_t, new_change_place
+   use tried_sets, only: change_place_t, tried_set_t, new_change_place
    use event_recording, only: new_critical, announce
    use critical_points, only: critical_point_t
    use path_point, only: path_point_t, evaluate_span_tests
@@ -73,6 +73,7 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(step_interval_t) :: interval
       type(change_t) :: change
+      type(span_test_t), allocatable :: closing(:)    ! tests of free spans that close
       logical :: asked
       finished = .false.
       call request%begin_trial()
@@ -93,8 +94,9 @@ contains
             call request_resolving_mesh(problem, run, tries, request, asked)
             if (asked) return
          end if
-         call close_spans(problem, step, run, interval%to, interval, about_to_close(problem, interval, .false.), recorder, &
-            & request, finished, outcome)
+         closing = about_to_close(problem, interval, .false.)
+         if (size(closing) > 0) call close_spans(problem, step, run, interval%to, interval, closing, recorder, request, finished, &
+            & outcome)
       end if
       if (.not. request%set_changed) return
       run%since_change%at = run%arc_length
@@ -134,10 +136,13 @@ contains
       type(request_t), intent(inout) :: request
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
+      type(change_place_t) :: here
+      type(span_test_t), allocatable :: closing(:)    ! tests of free spans that close
       type(other_set_t) :: first, next, without
       type(tried_set_t), allocatable :: way(:)        ! other sets with which the path may go on
       type(state_t), allocatable :: beyond            ! equilibrium of the present set beyond the change, if there is one
       logical :: found, vanishes, asked
+      finished = .false.
       if (change%too_coarse) then
          call request_resolving_mesh(problem, run, tries, request, asked)
          if (asked) return
@@ -145,12 +150,14 @@ contains
       change%label = label_of(problem, change%tests(change%which))
       if (change%label == '  ') then
          ! Where a free span vanishes other tests fail because of it.
-         call close_spans(problem, step, run, change%point, interval, [pack(change%zero, change%zero%kind == test_vanishing), &
-            & about_to_close(problem, interval, .true.)], recorder, request, finished, outcome)
+         closing = [pack(change%zero, change%zero%kind == test_vanishing), about_to_close(problem, interval, .true.)]
+         if (size(closing) > 0) call close_spans(problem, step, run, change%point, interval, closing, recorder, request, finished, &
+            & outcome)
          if (request%set_changed .or. request%shorter) return
       end if
       if (.not. (interval%stuck .or. change%where == place_ahead)) beyond = interval%to%state
-      call try_sets(step, run, new_change_place(problem, step, run, change%point, change%zero, beyond), first, next, found)
+      here = new_change_place(problem, step, run, change%point, change%zero, beyond)
+      call try_sets(step, run, here, first, next, found)
       if (found .and. change%label == '  ') then
          change%label = first%label
          change%divides = first%divides
@@ -165,7 +172,9 @@ contains
          call request_mesh_at_onset(problem, step, run, without, tries, outcome, request)
          if (request%repeats_increment()) return
       end if
-      if (found) call other_ways(step, run, new_change_place(problem, step, run, change%point, change%zero), first, way)
+      ! The other ways are sought at the change itself, without the equilibrium beyond it.
+      if (allocated(here%beyond)) deallocate (here%beyond)
+      if (found) call other_ways(step, run, here, first, way)
       call record_change(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
       if (.not. request%set_changed .or. finished .or. allocated(outcome%why)) return
       if (found) call keep_other_ways(problem, run, change, way, recorder, outcome)
