@@ -19,7 +19,7 @@ module continuing_with_set
    use path_continuity, only: relate, same_path
    use mesh_transfer, only: transfer_and_solve
    use trial_request, only: request_t
-   use path_state, only: path_state_t, copy_path_state, small_load
+   use path_state, only: path_state_t, copy_path_state, difference_load
    use corner_limit, only: check_return
    use path_outcome, only: outcome_t
    use path_record, only: recorder_t
@@ -194,7 +194,7 @@ contains
       if (first%test == 0) return
       tests = tests_of(first)
       if (.not. is_length(tests(first%test)%kind)) return
-      call find_vanished(first%problem, first%state, tests(first%test), small_load(run), &
+      call find_vanished(first%problem, first%state, tests(first%test), difference_load(run), &
          & step%locate_tolerance, without, found)
       if (.not. found) then
          first%test = 0

@@ -37,7 +37,7 @@ module span_changes
    use event_recording, only: new_critical, announce
    use critical_points, only: critical_point_t
    use path_point, only: path_point_t, evaluate_span_tests
-   use path_state, only: path_state_t, path_tangent_of, small_load, new_critical_point
+   use path_state, only: path_state_t, path_tangent_of, difference_load, new_critical_point
    use settle_findings, only: arrival_t
    use path_acceptance, only: accept
    use corner_limit, only: check_return
@@ -163,7 +163,7 @@ contains
          change%divides = first%divides
       end if
       vanishes = is_length(change%tests(change%which)%kind) .and. change%label /= '  '
-      if (vanishes) call find_vanished(problem, change%point%state, change%tests(change%which), small_load(run), &
+      if (vanishes) call find_vanished(problem, change%point%state, change%tests(change%which), difference_load(run), &
          & step%locate_tolerance, without, vanishes)
       if (vanishes) then
          without%label = change%label

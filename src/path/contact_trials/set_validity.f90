@@ -217,8 +217,8 @@ contains
 
    !> True if an equilibrium lies on the run's path, and not on another one that Newton's method has found: it is at the located
    !> change, within reach of the last increment (reachability), or ahead in the direction of the path. (Other paths may be near: a
-   !> stocky column beside a wall is displaced along its axis by much more than it bends.) Where a free span vanishes, the direction
-   !> of the path turns however near the equilibrium without the span is.
+   !> stocky column beside a wall is displaced along its axis by much more than it bends.) Where a free span vanishes, the path of
+   !> the other set turns off at its onset, so that an equilibrium ahead is on the path only if its load, too, is within reach.
    logical function on_path(run, here, there)
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here

@@ -172,7 +172,7 @@ contains
          call follow_run(problem, active, c, run, closed)
          done(run) = .true.
          if (size(run) <= 2 .and. all(in_contact(run))) then
-            contact_span = [contact_span, point_at(problem, state, run(maxloc(state%reaction(run), 1)))]
+            contact_span = [contact_span, point_contact_at(problem, state, run(maxloc(state%reaction(run), 1)))]
          else
             contact_span = [contact_span, lines_along(problem, state, run, closed)]
          end if
@@ -258,7 +258,7 @@ contains
    end subroutine follow_run
 
    !> Point contact at a node.
-   pure type(contact_span_t) function point_at(problem, state, c) result(new)
+   pure type(contact_span_t) function point_contact_at(problem, state, c) result(new)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c
@@ -267,7 +267,7 @@ contains
       new%contact = problem%candidates%contact(c)
       new%rod_segment = problem%rod_segment(problem%candidates%element(3 - side, c))
       new%at = end_of(problem, state, problem%candidates%element(3 - side, c), side)
-   end function point_at
+   end function point_contact_at
 
    !> Line contacts for consecutive nodes in contact.
    pure function lines_along(problem, state, run, closed) result(line)

@@ -280,15 +280,15 @@ contains
       associate (whole => problem%layout%rod_segment(rod_segment))
          allocate (at(2 * size(whole%element) + 1), gap(2 * size(whole%element) + 1))
          n = 0
-         call keep(whole%at(1), gap_at(problem, contact, whole%element(1), 0.0_wp))
+         call keep(whole%at(1), gap_at_start(problem, contact, whole%element(1), 0.0_wp))
          do k = 1, size(whole%element)
             associate (e => whole%element(k))
-               last = gap_at(problem, contact, e, 1.0_wp)
+               last = gap_at_start(problem, contact, e, 1.0_wp)
                ! The gap has a minimum inside the element if it decreases from both ends inwards by more than rounding.
-               if (gap_at(problem, contact, e, to_rounding) < gap(n) .and. &
-                  & gap_at(problem, contact, e, 1.0_wp - to_rounding) < last) then
+               if (gap_at_start(problem, contact, e, to_rounding) < gap(n) .and. &
+                  & gap_at_start(problem, contact, e, 1.0_wp - to_rounding) < last) then
                   place = least_inside(problem, contact, e)
-                  call keep(whole%at(k) + place * (whole%at(k + 1) - whole%at(k)), gap_at(problem, contact, e, place))
+                  call keep(whole%at(k) + place * (whole%at(k + 1) - whole%at(k)), gap_at_start(problem, contact, e, place))
                end if
                call keep(whole%at(k + 1), last)
             end associate
@@ -314,15 +314,15 @@ contains
       type(minimum_search_t) :: search
       call search%begin(0.0_wp, 1.0_wp, to_rounding)
       do while (search%next_guess(place))
-         call search%take_value(gap_at(problem, contact, e, place))
+         call search%take_value(gap_at_start(problem, contact, e, place))
       end do
    end function least_inside
 
-   !> Gap at a place tau (0 to 1) in an element of the deck.
-   real(wp) function gap_at(problem, contact, e, tau) result(gap)
+   !> Gap at the start at a place tau (0 to 1) in an element of the deck.
+   real(wp) function gap_at_start(problem, contact, e, tau) result(gap)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: contact, e
       real(wp), intent(in) :: tau
       gap = gap_inside(problem%deck, problem%deck%contact(contact), e, tau) + problem%overlap(contact)
-   end function gap_at
+   end function gap_at_start
 end module span_start

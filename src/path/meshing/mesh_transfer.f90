@@ -14,7 +14,7 @@ module mesh_transfer
    use osculating_contacts, only: turn_at_least_curvature
    use path_continuity, only: path_tangent_at, normal_plane, angle_between, largest_turn
    use path_point, only: path_point_t, move_to, renew, evaluate_tests
-   use path_state, only: path_state_t, small_load, copy_path_state, forget_mesh
+   use path_state, only: path_state_t, difference_load, copy_path_state, forget_mesh
    use corrector, only: increment_t, correct
    use mesh_request, only: stays_within
    use timing, only: count_up, counter_remeshed
@@ -192,7 +192,7 @@ contains
       type(control_t) :: load
       state = point%state
       load%whole = state%load_factor
-      call solve_sized(problem, [fastest, 0], point%system, load, small_load(run), state, found)
+      call solve_sized(problem, [fastest, 0], point%system, load, difference_load(run), state, found)
       if (found) call move_to(problem, state, point)
       found = found .and. point%system%ok
    end subroutine stay_in_place

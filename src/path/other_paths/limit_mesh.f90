@@ -32,7 +32,7 @@ module limit_mesh
    use force_law, only: carries
    implicit none
    private
-   public :: bars_here, refine_limit_point, renew_marks, transfer_and_solve, make_rigid
+   public :: bars_here, refine_limit_point, renew_marks, solve_on_mesh, make_rigid
 
 contains
 
@@ -114,7 +114,7 @@ contains
       if (marked(problem, state, cut)) then
          if (.not. outgrown(problem, state, cut)) return
       end if
-      call transfer_and_solve(new_span_problem(problem, present_contact_spans(problem, state), state, cut), problem, state, &
+      call solve_on_mesh(new_span_problem(problem, present_contact_spans(problem, state), state, cut), problem, state, &
          & direction, ok)
       if (ok) base = same_spans(base, problem)
    end subroutine renew_marks
@@ -127,12 +127,12 @@ contains
       logical, intent(out) :: ok                              !! false: no equilibrium was found
       ok = .true.
       if (size(problem%mark) == 0) return
-      call transfer_and_solve(new_span_problem(problem, present_contact_spans(problem, state), state), problem, state, direction, &
+      call solve_on_mesh(new_span_problem(problem, present_contact_spans(problem, state), state), problem, state, direction, &
          & ok)
    end subroutine take_marks_off
 
    !> Corrects the state to equilibrium on another mesh, in the plane normal to the path direction.
-   subroutine transfer_and_solve(next, problem, state, direction, ok)
+   subroutine solve_on_mesh(next, problem, state, direction, ok)
       type(problem_t), intent(in) :: next
       type(problem_t), intent(inout) :: problem
       type(state_t), intent(inout) :: state
@@ -151,7 +151,7 @@ contains
       there = state
       call correct(problem, there, plane, .true., state, system, report)
       ok = report%converged
-   end subroutine transfer_and_solve
+   end subroutine solve_on_mesh
 
    !> Makes the obstacle of the curve rigid. With contact spans the returned state is in equilibrium; with contact at nodes it is
    !> only a predictor.
@@ -194,7 +194,7 @@ contains
          base%deck = deck
          call place_spans(new_problem(deck), base)
          contact_span = present_contact_spans(problem, state)
-         call transfer_and_solve(new_span_problem(base, [contact_span, pressed_lines(maxval([0, contact_span%number]))], state), &
+         call solve_on_mesh(new_span_problem(base, [contact_span, pressed_lines(maxval([0, contact_span%number]))], state), &
             & problem, state, direction, ok)
       end subroutine make_line_contacts
 

@@ -23,7 +23,7 @@ module path_state
    private
    public :: path_state_t, recent_path_t, slopes_t, onset_t, since_change_t, point_on_mesh_t, mesh_history_t, arrived_t, &
       & copy_path_state, path_tangent_of, new_critical_point, append_recent_part, forget_mesh, rest_of_mesh, &
-      & small_load, located_event_t, note_balance
+      & difference_load, located_event_t, note_balance
 
    integer, parameter :: rest_of_mesh = 10 !! number of accepted points after a refinement during which no coarser mesh is tried
 
@@ -209,10 +209,10 @@ contains
    end function new_critical_point
 
    !> Change of the load factor that finite differences use.
-   pure real(wp) function small_load(run) result(step)
+   pure real(wp) function difference_load(run) result(step)
       type(path_state_t), intent(in) :: run
       step = 1.0e-4_wp * max(abs(run%last_load), 1.0e-3_wp * abs(run%last%state%load_factor))
-   end function small_load
+   end function difference_load
 
    !> Computes the residual of a state that was interpolated, not iterated. `balanced` is true if the residual is within tolerance
    !> or rounding.
