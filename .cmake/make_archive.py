@@ -108,7 +108,7 @@ class Writer:
             declared = component.split("::")[0]
             if left_out(declared):
                 continue
-            for inner in re.findall(r"type\((\w+)\)", declared):
+            for inner in re.findall(r"(?:type|class)\((\w+)\)", declared):
                 self.visit(inner, key[0])
 
     def procedure(self, key):
@@ -151,6 +151,8 @@ class Writer:
         rank = len(split(shape)) if shape else 0
         if kind == "character(:)":
             return [f"      call archive_text(a, {name})"]
+        if kind.startswith("class("):  # of the declared type, always
+            kind = "type" + kind[5:]
         text_length = kind[10:-1] if kind.startswith("character(") else None
         simple = SIMPLE.get(kind) or ("text" if text_length and not rank else None)
         if not simple and not kind.startswith("type("):

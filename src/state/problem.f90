@@ -44,8 +44,11 @@ module problem
 
    !> Data of the problem, see the header of this module.
    type :: problem_t
-      type(model_t) :: model                             !! the model on the working mesh
-      type(model_t) :: deck                              !! the model on the deck's mesh
+      ! The two models are polymorphic, although they are always of type model_t: the compiler then calls procedures that copy and
+      ! release a model, and does not expand both with all components in each procedure that has a problem. An assignment to one
+      ! that is allocated would leave the memory of its components behind: deallocate it before.
+      class(model_t), allocatable :: model               !! the model on the working mesh
+      class(model_t), allocatable :: deck                !! the model on the deck's mesh
       type(layout_t) :: layout                           !! rod segments of the deck
       type(mesh_density_t), allocatable :: demand(:)           !! (rod segments) mesh density of the next mesh
       logical :: deck_mesh = .true.                      !! true: the working mesh is that of the deck, node by node

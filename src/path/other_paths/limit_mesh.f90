@@ -191,6 +191,7 @@ contains
          type(problem_t) :: base
          type(contact_span_t), allocatable :: contact_span(:)
          call copy_problem(problem, base)
+         deallocate (base%deck)
          base%deck = deck
          call place_spans(new_problem(deck), base)
          contact_span = present_contact_spans(problem, state)
