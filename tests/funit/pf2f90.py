@@ -22,6 +22,7 @@ MODULE = re.compile(r"\s*module\s+(\w+)\s*(!.*)?$", re.IGNORECASE)
 ASSERTION = re.compile(r"(\s*)@(assert\w+)\s*\((.*)\)\s*$", re.IGNORECASE)
 QUOTED = re.compile(r"'[^']*'|\"[^\"]*\"")
 ANNOTATION = re.compile(r"\s*@(test|disable|before|after)\s*$", re.IGNORECASE)
+BEFORE_SAVE = re.compile(r"\s*(use\b|import\b|implicit\b|!|$)", re.IGNORECASE)  # statements that no `save` may precede
 
 
 class Refused(Exception):
@@ -44,6 +45,10 @@ def translate(source, file_name):
     pending = []                    # annotations that wait for their subroutine
     module = None
     base = Path(file_name).name
+    # A test is called once, and its variables are static: the compiler then writes nothing that releases all components of a
+    # problem at its end, which took most of the time to compile it.
+    wants_save = False
+    continued = False               # the line before ends with &
 
     for number, line in enumerate(source.splitlines(), start=1):
         def refuse(why):
@@ -60,7 +65,12 @@ def translate(source, file_name):
                 if not found:
                     refuse(f"@{pending[0]} must be followed by a subroutine without arguments")
                 enlist(suite, pending, found[1].lower(), refuse)
+                wants_save = pending[0] == "test"
                 pending = []
+            elif wants_save and not continued and not BEFORE_SAVE.match(line):
+                line = f"save; {line.lstrip()}"
+                wants_save = False
+            continued = line.split("!")[0].rstrip().endswith("&")
             lines.append(line)
             continue
 
@@ -87,6 +97,7 @@ def translate(source, file_name):
             refuse(f"@{name} is not one of " + ", ".join("@" + n for n in ASSERTIONS.values()))
         if pending:
             refuse(f"@{pending[0]} must be followed by a subroutine without arguments")
+        wants_save = False
         # The call stands on the line number of the assertion; what follows is the tail of the same line.
         lines += [f"{indent}call {ASSERTIONS[name.lower()]}({arguments}, location=source_location('{base}', {number}))",
                   f"{indent}if (funit_failed()) return",
