@@ -47,9 +47,9 @@ LOAD, ABOVE, 9.
 VALUES = "*LOCATE\nLOAD, " + ", ".join(f"{value}" for value in (7.1, 7.5, 7.9, 8.3, 8.39, 8.4)) + "\n"
 
 
-@pytest.mark.parametrize("tolerance, relative", [("1E-5", 2e-6), ("1E-6", 2e-7), ("1E-7", 2e-7)])
+@pytest.mark.parametrize("tolerance, relative", [("1E-5", 2e-6), ("1E-7", 2e-7)])
 def test_two_spans_close_on_one_increment(tolerance, relative):
-    """The set without both spans begins where the second one closes: its onset told 8.4046 twice."""
+    """The set without both spans begins where the second one closes: its onset told 8.4046 twice. The tolerance 1E-6 has the next test."""
     run = dr.run_deck(RING.format(tolerance=tolerance, values=""))
     assert run.results.complete
     closings = [c for c in run.labelled("C+") if c.load_factor > 6.0]

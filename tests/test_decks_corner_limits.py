@@ -151,6 +151,7 @@ def test_a_limit_curve_begins_at_no_corner():
     assert "the path has 0 limit point(s), not 1; those at corners of the path do not count" in run.stderr
 
 
+@dr.once_in_release
 def test_sweeps_and_pictures(tmp_path):
     """`limit_load` of a sweep is the maximum; curves have a corner there, and stability changes where it does."""
     for run in (frame(), yielding()):

@@ -136,6 +136,7 @@ def test_order_along_an_ellipse(element, order, amplitude):
     assert error[0] / error[1] > 2**(order - 0.7)
 
 
+@dr.once_in_release
 def test_liner_along_its_oval_wall():
     """A liner whose axis is the ellipse of its wall, turned by 90 degrees, and with contact at many nodes."""
     def oval(turned, points="ALONG", elements="24"):

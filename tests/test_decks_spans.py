@@ -80,6 +80,7 @@ def test_liner_without_a_gap(disturbance, exact):
     dr.assert_close(run.load("LP"), exact, relative=1e-6)
 
 
+@dr.once_in_release
 @pytest.mark.parametrize("gap", [pytest.param(0.001, marks=dr.release_only), 0.002, pytest.param(0.006, marks=dr.release_only)])
 def test_liners_with_gaps(gap):
     """One limit point each, whatever small force disturbs them; exact limit loads are those of reference/liner_limits.csv."""

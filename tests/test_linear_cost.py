@@ -105,7 +105,7 @@ ARCH, PY, -1.
 *DLOAD
 ARCH, PY, -1.
 *LIMIT CURVE, NAME=SMALLER, PARAMETER=IMPERFECTION, ELSET=ARCH
--0.1, 0.7
+-0.1, 0.9
 *STOP
 LOAD, ABOVE, 40.
 *FIELD OUTPUT
@@ -119,7 +119,7 @@ def instructions(deck: str, folder) -> dict[str, int]:
     (folder / "deck.inp").write_text(deck, encoding="utf-8")
     clock = folder / "clock.so"
     subprocess.run(["cc", "-shared", "-fPIC", "-x", "c", "-", "-o", str(clock)], input=digest_command.STANDING_CLOCK, encoding="utf-8", check=True)
-    subprocess.run(["valgrind", "--tool=cachegrind", "--cache-sim=no", "--cachegrind-out-file=counts", os.environ["UNILAT"], "--quiet", "deck.inp"],
+    subprocess.run(["valgrind", "--tool=cachegrind", "--cache-sim=no", "--vex-guest-chase=no", "--cachegrind-out-file=counts", os.environ["UNILAT"], "--quiet", "deck.inp"],
                    cwd=folder, env=digest_command.environment() | {"LD_PRELOAD": str(clock)}, capture_output=True, check=True)
     counts: dict[str, int] = {}
     procedure = ""
