@@ -3,30 +3,33 @@ module simultaneous_tests
    use kinds, only: wp
    use problem, only: problem_t
    use contact_spans, only: initial_share
-   use test_kinds, only: span_test_t, test_gap, test_force, test_slack, well_below
+   use test_kinds, only: span_test_t, test_gap, test_force, test_vanishing, test_slack, well_below
    implicit none
    private
    public :: zero_tests, coming_next
 
 contains
 
-   !> Tests that are zero at one point of the path: the known ones and others. Of gaps that belong to one contact there is one.
+   !> Tests that are zero at one point of the path: the known ones and others. Of gaps that belong to one contact there is one. No
+   !> contact begins in a free span whose largest gap is zero, too: that span lies down, and its gap need not grow if it does not.
    pure function zero_tests(problem, tests, which, falling, known) result(zero)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: tests(:)    !! all tests at the point
       integer, intent(in) :: which                 !! index of the located test
       logical, intent(in) :: falling(:)            !! (tests) the test decreases along the path
       type(span_test_t), intent(in) :: known(:)    !! the located test first
-      type(span_test_t), allocatable :: zero(:), other(:)
+      type(span_test_t), allocatable :: zero(:), other(:), closed(:)
       logical :: too(size(tests))
       integer :: k, i
       zero = known
       too = falling .and. at_zero(tests, which)
       too(which) = .false.
       other = pack(tests, too)
+      closed = pack(tests, tests%kind == test_vanishing .and. at_zero(tests, which))
       do k = 1, size(other)
          if (other(k)%kind == test_gap) then
             if (any([(one_contact(problem, zero(i), other(k)), i=1, size(zero))])) cycle
+            if (any([(is_inside(other(k), closed(i)), i=1, size(closed))])) cycle
          end if
          zero = [zero, other(k)]
       end do
@@ -65,6 +68,12 @@ contains
          end do
       end associate
    end function one_contact
+
+   !> True if a gap is that of a free span with a test of its largest gap.
+   pure logical function is_inside(gap, vanishing)
+      type(span_test_t), intent(in) :: gap, vanishing
+      is_inside = gap%contact == vanishing%contact .and. all(gap%element == vanishing%element)
+   end function is_inside
 
    !> (tests) true: the test is zero at the same point of the path as the located one. The located test is accurate to its own value
    !> there, the others to a few times this value.
