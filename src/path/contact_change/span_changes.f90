@@ -278,8 +278,14 @@ contains
       ! For a place beyond the increment, events on the way are located by fractions of the distance to this place.
       if (change%where == place_ahead .and. run%control%method == method_load) &
          & run%control%increment = change%point%state%load_factor - run%last%state%load_factor
-      if (.not. allocated(change%bars)) call bars_at_point(problem, step, run, change%point, change%label, &
-         & .false., change%which, change%bars)
+      if (.not. allocated(change%bars)) then
+         if (change%where == place_here) then
+            call bars_at_point(problem, step, run, change%point, change%label, .false., change%which, change%bars, &
+               & ahead=interval%to%state)
+         else
+            call bars_at_point(problem, step, run, change%point, change%label, .false., change%which, change%bars)
+         end if
+      end if
       if (change%label /= '  ' .and. order_is_uncertain(problem, step, run, interval, change)) then
          call request_resolving_mesh(problem, run, tries, request, asked)
          run%control%increment = increment

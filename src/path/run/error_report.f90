@@ -143,7 +143,7 @@ contains
 
    !> Computes the error bars of an accepted point. The point is determined either by a test of contact spans that is zero, or by
    !> the constraint of the control.
-   subroutine bars_at_point(problem, step, run, point, label, finished, test, bars, wanted, changing, keeps_mesh)
+   subroutine bars_at_point(problem, step, run, point, label, finished, test, bars, wanted, changing, keeps_mesh, ahead)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run !! its last point is the previous point of the path; its stored enriched problem is
@@ -156,7 +156,10 @@ contains
       logical, intent(in), optional :: wanted    !! true: bars are computed at every point
       logical, intent(in), optional :: changing(:) !! (candidates) true: contact at the node begins or ends at `point`
       logical, intent(in), optional :: keeps_mesh !! true: the mesh is not refined because of these bars
+      type(state_t), intent(in), optional :: ahead !! equilibrium ahead, if the vanishing test is zero at the run's point itself:
+      !! the increment to it measures the path there
       type(zero_t) :: zero
+      type(state_t) :: to                        ! end of the increment that contains the zero
       logical :: everywhere, has_zero
       everywhere = step%bars_everywhere
       if (present(wanted)) everywhere = everywhere .or. wanted
@@ -173,8 +176,10 @@ contains
       end if
       has_zero = allocated(zero%event) .or. (test > 0 .and. (label == '' .or. problem%has_spans()))
       if (has_zero) then
+         to = point%state
+         if (present(ahead)) to = ahead
          call event_errors(problem, run%mesh%enriched, point%state, point%system, zero, point%tangent, path_length(problem, &
-            & run%last%state, point%state), point%state%load_factor - run%last%state%load_factor, bars)
+            & run%last%state, to), to%load_factor - run%last%state%load_factor, bars)
       else if (label /= '' .and. .not. problem%has_spans()) then
          bars = no_error_bars(size(problem%model%monitor), at_nodes)
       else if (label /= '') then
