@@ -958,6 +958,14 @@ def test_a_span_that_lies_down_is_no_contact_that_begins(first, largest):
         within_bars(found, same)
 
 
+def test_contact_that_began_before_the_last_point():
+    """The gap's error hides that contact has begun 3e-4 of the load before: the bar of what is found says so, and what comes next is
+    found with the contact at its place."""
+    for found, same in zip(ring_in_egg(0.14, 0.003, code=None), ring_in_egg(0.14, 0.006226), strict=True):
+        assert found.error > 0.0
+        within_bars(found, same)
+
+
 BETWEEN = """*HEADING
 Arch between a floor that rises and a dome that comes down, on which it nearly lies
 *NODE

@@ -102,6 +102,7 @@ contains
             if (after%kind /= test_gap .or. after%value >= -test_slack(test_gap)) cycle
             if (gap_at(problem, interval%to%state, before%contact, before%rod_segment, before%at) <= 0.0_wp) cycle
             before%value = gap_at(problem, interval%from, after%contact, after%rod_segment, after%at) / problem%size
+            before%at = after%at
          end associate
       end do
    end subroutine correct_gaps_before

@@ -2,7 +2,7 @@
 !> zero, the other one grows in the right sense along the path.
 module complement_growth
    use kinds, only: wp
-   use contact_spans, only: contact_span_t, initial_share
+   use contact_spans, only: contact_span_t
    use rod_strips, only: strip_t, find_strips, strip_place, brought_near
    use span_candidates, only: present_contact_spans
    use free_span_gap, only: gap_at
@@ -33,7 +33,7 @@ contains
       do k = 1, size(here%zero)
          associate (zero => here%zero(k))
             if (zero%kind == test_gap .and. trial%edit == edit_add) then
-               number = contact_at(trial%set, here%spans_begun, zero)
+               number = contact_begun(trial%set, here%spans_begun, here%zero, k)
                if (number == 0) grows = grows .and. gap_grows(zero%contact, zero%rod_segment, zero%at)
             else if (zero%kind == test_force .and. trial%edit == edit_remove) then
                associate (former => before(zero%contact_span))
@@ -65,25 +65,43 @@ contains
       end function gap_grows
    end function complement_grows
 
-   !> Number of the contact span that has begun at the place of a gap, 0: none.
-   integer function contact_at(set, begun, gap) result(number)
+   !> Number of the contact span that has begun where a gap is zero, 0: none. A new contact moves along the rod until its force is
+   !> zero, so it belongs to the nearest one of the gaps, however far that is.
+   integer function contact_begun(set, begun, zero, which) result(number)
       type(other_set_t), intent(in) :: set
       integer, intent(in) :: begun               !! last number given before
-      type(span_test_t), intent(in) :: gap
+      type(span_test_t), intent(in) :: zero(:)   !! the tests that are zero
+      integer, intent(in) :: which               !! index of the gap
       type(strip_t), allocatable :: strip(:)
       type(contact_span_t), allocatable :: now(:)
-      real(wp) :: place, along, near(1)
-      integer :: k, on, other
+      integer :: k
       number = 0
       strip = find_strips(set%problem%layout)
-      call strip_place(strip, gap%rod_segment, gap%at, on, place)
       now = present_contact_spans(set%problem, set%state)
       do k = 1, size(now)
-         if (now(k)%number <= begun .or. now(k)%contact /= gap%contact) cycle
-         call strip_place(strip, now(k)%rod_segment, now(k)%at(1), other, along)
-         if (other /= on) cycle
-         near = brought_near(strip(on), [along], place)
-         if (abs(near(1) - place) <= initial_share * strip(on)%length()) number = now(k)%number
+         if (now(k)%number <= begun) cycle
+         if (nearest_gap(now(k)) == which) number = now(k)%number
       end do
-   end function contact_at
+
+   contains
+
+      !> Index of the gap to the obstacle of a contact that is nearest to the contact along its strip, 0: there is none.
+      integer function nearest_gap(new) result(nearest)
+         type(contact_span_t), intent(in) :: new
+         real(wp) :: place, along, near(1), distance
+         integer :: i, on, other
+         nearest = 0
+         distance = huge(distance)
+         call strip_place(strip, new%rod_segment, new%at(1), other, along)
+         do i = 1, size(zero)
+            if (zero(i)%kind /= test_gap .or. zero(i)%contact /= new%contact) cycle
+            call strip_place(strip, zero(i)%rod_segment, zero(i)%at, on, place)
+            if (on /= other) cycle
+            near = brought_near(strip(on), [along], place)
+            if (abs(near(1) - place) >= distance) cycle
+            nearest = i
+            distance = abs(near(1) - place)
+         end do
+      end function nearest_gap
+   end function contact_begun
 end module complement_growth
