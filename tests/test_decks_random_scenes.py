@@ -966,6 +966,14 @@ def test_contact_that_began_before_the_last_point():
         within_bars(found, same)
 
 
+@pytest.mark.parametrize("first, largest", [(0.4666, 0.02075), (0.2, 0.006)])
+def test_a_coarse_mesh_knows_that_it_may_hide_a_contact(first, largest):
+    """Two elements between the apex and the contact: the gap was off by 2e-4 where 4e-6 was taken for its error, and the runs stopped
+    beyond where contact begins."""
+    for found, same in zip(ring_in_egg(first, largest), ring_in_egg(0.14, 0.006226), strict=True):
+        within_bars(found, same)
+
+
 BETWEEN = """*HEADING
 Arch between a floor that rises and a dome that comes down, on which it nearly lies
 *NODE

@@ -87,7 +87,7 @@ contains
       type(profile_t), intent(inout) :: profile(:) !! (elements) rod profiles of this state; missing ones are made
       real(wp), intent(out) :: least           !! least gap; the structure's size if no sample counts
       real(wp), intent(out) :: where           !! coordinate of the least gap along the rod segment
-      real(wp), intent(out) :: uncertain       !! bound of the error of the least gap
+      real(wp), intent(out) :: uncertain       !! bound of the error of the least gap: others may be lower by their own errors
       real(wp), intent(out) :: largest         !! gap of largest magnitude, with its sign (< 0: inside the obstacle)
       real(wp), intent(in), optional :: level  !! the local minima up to this gap are listed, too
       type(gap_minimum_t), allocatable, intent(out), optional :: low(:) !! local minima of a gap of `level` at most, along the rod
@@ -139,7 +139,13 @@ contains
          end do
       end associate
       uncertain = 0.0_wp
-      if (least < huge(least)) uncertain = gap_error_bound(problem, state, profile, line, where)
+      if (least < huge(least)) then
+         uncertain = gap_error_bound(problem, state, profile, line, where)
+         do i = begin, end
+            if (line%at(i) < counts(1) .or. line%at(i) > counts(2)) cycle
+            uncertain = max(uncertain, least - line%gap(i) + gap_error_bound(problem, state, profile, line, line%at(i)))
+         end do
+      end if
       if (least >= huge(least)) least = problem%size
       if (present(low)) call move_alloc(minimum, low)
 

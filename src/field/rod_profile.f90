@@ -46,6 +46,8 @@ module rod_profile
       real(wp) :: mend(2, 3, 2) = 0.0_wp !! (components, derivatives by tau, ends) differences of the derivatives that the
       !! correction adds
       real(wp) :: hermite(2, 3, 2) = 0.0_wp     !! hermite_sum of `mend` up to `order`
+      real(wp) :: third = 0.0_wp !! what third derivatives would add to the correction is at most this times (tau (1 - tau))^3
+      real(wp) :: of_nodes = 0.0_wp !! estimated error of the nodes' own positions
       real(wp) :: twist(2, 2) = 0.0_wp !! (derivatives by tau, ends) differences of the derivatives of the rotation that its
       !! correction adds
    end type profile_t
@@ -229,7 +231,26 @@ contains
       profile%mended = .true.
       profile%order = order
       profile%hermite = hermite_sum(profile%mend, order)
+      call estimate_errors(profile)
    end subroutine mend_ends
+
+   !> Estimates of the errors of a corrected profile, see mended_error. What third derivatives add to a correction by first and
+   !> second ones is (tau (1 - tau))^3 times a linear function of tau, which is known from two places. The larger of its values at
+   !> the ends counts all along the element: the function may have a zero inside, where the error is not small.
+   pure subroutine estimate_errors(profile)
+      type(profile_t), intent(inout) :: profile
+      real(wp) :: adds(2, 2), bend
+      integer :: k
+      do k = 1, 2
+         associate (tau => 0.5_wp * k - 0.25_wp)
+            adds(:, k) = (mended_to(profile, 3, tau) - mended_to(profile, 2, tau)) / (tau * (1.0_wp - tau))**3
+         end associate
+      end do
+      profile%third = max(norm2(1.5_wp * adds(:, 1) - 0.5_wp * adds(:, 2)), norm2(1.5_wp * adds(:, 2) - 0.5_wp * adds(:, 1)))
+      profile%of_nodes = maxval([(norm2(mended_by(profile, 0.25_wp * k)), k=1, 3)])
+      bend = norm2(profile%axis(:, 2) + profile%moved(:, 2))
+      if (bend > profile%of_nodes) profile%of_nodes = profile%of_nodes**2 / bend
+   end subroutine estimate_errors
 
    !> Sets the Hermite correction of the rotation, which mended_displacement uses.
    pure subroutine mend_rotation(problem, state, profile, here)
@@ -424,20 +445,17 @@ contains
       bound = max(norm2(mended_by(profile, tau)), profile_error(profile))
    end function profile_error_bound
 
-   !> Estimated error of a corrected position, the larger of two contributions. The first, between the nodes, is the correction that
-   !> a third derivative would add. The second, of the nodes, O(h^(2 s)), is estimated by the square of the Hermite correction,
-   !> O(h^(s + 1)), over the rod's deflection in the element, O(h^2).
+   !> Estimated error of a corrected position, the larger of two contributions. The first, between the nodes, is the most that third
+   !> derivatives would add to the correction. The second, of the nodes, O(h^(2 s)), is estimated by the square of the Hermite
+   !> correction, O(h^(s + 1)), over the rod's deflection in the element, O(h^2).
    pure real(wp) function mended_error(profile, tau) result(error)
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
-      real(wp) :: mended, bend
-      integer :: k
-      error = profile_error(profile)
-      if (.not. profile%mended) return
-      mended = maxval([(norm2(mended_by(profile, 0.25_wp * k)), k=1, 3)])
-      bend = norm2(profile%axis(:, 2) + profile%moved(:, 2))
-      if (bend > mended) mended = mended**2 / bend
-      error = max(norm2(mended_to(profile, 3, tau) - mended_to(profile, 2, tau)), mended)
+      if (profile%mended) then
+         error = max((tau * (1.0_wp - tau))**3 * profile%third, profile%of_nodes)
+      else
+         error = profile_error(profile)
+      end if
    end function mended_error
 
    !> Estimate of the error of a GE element's displacements between its nodes.
