@@ -1024,3 +1024,45 @@ def test_bars_of_contact_that_began_before_the_last_point(first, largest, code):
     found = dr.run_deck(BETWEEN.format(first=first, largest=largest), code=code).labelled("C+")[3]
     assert exact.load_factor == pytest.approx(0.864178127, abs=2e-9) and exact.error < 1e-8
     within_bars(found, exact)
+
+
+OCTAGON = """*HEADING
+Ring that touches the eight sides of its cavity, clamped at one, under pressure and a force
+*NODE
+1, {clamp}
+2, {top}
+*ARC, ELSET=ROD, NSET=ROD
+1, 2, 0., 0.
+2, 1, 0., 0.
+*BEAM SECTION, ELSET=ROD, SECTION=STIFFNESS
+8150., 1.
+*BOUNDARY
+1, ENCASTRE
+*OBSTACLE, NAME=HOST, TYPE=POLYLINE, ENDS=CLOSED, RADIUS=0.3257
+{corners}
+*CONTACT, OBSTACLE=HOST, NSET=ROD
+*MONITOR, NAME=push, OBSTACLE=HOST
+RN
+*STEP
+*ACCURACY, TOLERANCE=1E-5
+*STATIC
+{first}, , 0.007
+*CLOAD
+2, 2, -0.3928
+*DLOAD
+ROD, P, 1.
+*STOP
+LOAD, ABOVE, 0.4
+*END STEP
+"""
+
+
+def test_contact_at_the_start_that_opens_and_comes_back():
+    """Within the first increment: a contact that touches at the start and at its end pulls between."""
+    def on_circle(turn, radius=1.0):
+        return f"{radius * math.cos(turn)!r}, {radius * math.sin(turn)!r}"
+    corners = "\n".join(on_circle(0.86932 + 0.25 * math.pi * k, 1.0 / math.cos(math.pi / 8.0)) for k in range(8))
+    one, other = (dr.run_deck(OCTAGON.format(first=first, clamp=on_circle(-0.74745), top=on_circle(1.76703), corners=corners)).only("C+")
+                  for first in (0.178, 0.01))
+    assert other.load_factor == pytest.approx(0.1508, rel=1e-3)
+    within_bars(one, other)

@@ -7,7 +7,8 @@ module span_start
    use rod_state, only: candidate_gap, may_react
    use contact_spans, only: contact_span_t
    use span_problem, only: new_span_problem, new_sampled_problem, place_spans
-   use other_set, only: other_set_t, on_next_mesh
+   use other_set, only: other_set_t, copy_other_set, go_to_load, on_next_mesh
+   use test_kinds, only: span_test_t, test_force, test_slack, well_below
    use nodes_to_spans, only: find_spans_ahead, most_increments
    use set_onset, only: go_back
    use corrector, only: increment_t
@@ -113,6 +114,18 @@ contains
          carries = may_react(next%problem, contact_span%candidate(1), normal)
       end function carries
    end function gains_contact
+
+   !> True if a point contact of the set would pull just behind the start: it touches there, but opens and comes back later.
+   logical function pulls_at_start(start, next) result(pulls)
+      real(wp), intent(in) :: start             !! load factor at the start
+      type(other_set_t), intent(in) :: next
+      type(other_set_t) :: early
+      type(span_test_t), allocatable :: tests(:)
+      call copy_other_set(next, early)
+      call go_to_load(early, start + small_part * (next%state%load_factor - start), tests)
+      pulls = allocated(tests)
+      if (pulls) pulls = any(tests%kind == test_force .and. tests%value < -well_below * test_slack(test_force))
+   end function pulls_at_start
 
    !> Gap at the start at the local minimum that is reached from a contact span by descent along the deck's nodes; 0 if the rod was
    !> in contact beside the lowest node. Nodes whose supports carry the whole contact force are left out, unless there are no
@@ -227,7 +240,7 @@ contains
             cycle
          end if
          if (abs(next%state%load_factor - first) > 0.0_wp) call go_back(first, next)
-         if (.not. gains_contact(next)) exit
+         if (.not. (gains_contact(next) .or. pulls_at_start(run%last%state%load_factor, next))) exit
          ! A contact that begins after the start must be located from a point before its onset.
          run%control%increment = 0.5_wp * run%control%increment
       end do
