@@ -1066,3 +1066,47 @@ def test_contact_at_the_start_that_opens_and_comes_back():
                   for first in (0.178, 0.01))
     assert other.load_factor == pytest.approx(0.1508, rel=1e-3)
     within_bars(one, other)
+
+
+HEAVY = """*HEADING
+Half of a heavy ring in an egg, clamped where it touches, a force on its apex
+*NODE
+1, 0., 1.
+2, -0.99997412, -0.0071939
+3, 0., -1.
+*ARC, ELSET=ROD, NSET=ROD
+1, 2, 0., 0.
+2, 3, 0., 0.
+*IMPERFECTION, ELSET=ROD, SHAPE=COSINE
+-0.000175, 3.
+*BEAM SECTION, ELSET=ROD, SECTION=STIFFNESS
+4769.4, 1.
+*BOUNDARY
+1, XSYMM
+3, ENCASTRE
+*OBSTACLE, NAME=HOST, TYPE=SPLINE, ENDS=CLOSED
+{egg}
+*CONTACT, OBSTACLE=HOST, NSET=ROD
+*MONITOR, NAME=push, OBSTACLE=HOST
+RN
+*STEP
+*ACCURACY, TOLERANCE=1E-5
+*STATIC
+{first}, , {largest}
+*CLOAD
+1, 2, -0.09534
+*DLOAD
+ROD, PY, -1.
+*STOP
+LOAD, ABOVE, 0.45
+*END STEP
+"""
+
+
+def test_a_flat_point_far_ahead_is_behind_other_changes():
+    """At 0.40 a point is as curved as the wall. From 0.23 it was found, and two changes between were passed."""
+    one, other = (dr.run_deck(HEAVY.format(egg=egg(0.000175, 0.03186), first=first, largest=largest)).labelled("C+")
+                  for first, largest in ((0.1388, 0.0039), (0.4628, 0.013)))
+    for found, same in zip(one, other, strict=True):
+        within_bars(found, same)
+    assert len(one) == 4
