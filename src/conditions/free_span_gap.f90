@@ -331,13 +331,24 @@ contains
       type(profile_t), intent(in) :: profile(:)
       type(sampled_gap_t), intent(in) :: line
       integer, intent(in) :: i
+      real(wp) :: share
       integer :: next
       next = merge(i + 1, i - 1, i == 1)
       falls = line%gap(next) >= line%gap(i)
-      ! The gap is compared at a distance of sqrt(rounding unit) inwards. If rounding hides the decrease over this distance, the
-      ! decrease is below rounding everywhere.
-      if (falls) falls = gap_along(problem, state, profile, line, line%at(i) + sqrt(epsilon(1.0_wp)) * (line%at(next) - &
-         & line%at(i))) < line%gap(i)
+      if (.not. falls) return
+      ! A slope shows over the square root of the rounding unit: if rounding hides the decrease there, what the slope takes away is
+      ! rounding everywhere. At a symmetry plane the slope is zero, and the decrease shows over the fourth root.
+      share = sqrt(epsilon(share))
+      falls = below(share)
+      if (.not. falls) falls = below(sqrt(share))
+
+   contains
+
+      !> True if the gap is smaller at a share of the way to the next sample.
+      logical function below(share)
+         real(wp), intent(in) :: share
+         below = gap_along(problem, state, profile, line, line%at(i) + share * (line%at(next) - line%at(i))) < line%gap(i)
+      end function below
    end function falls_inwards
 
    !> Finds the minimum of the gap between the two neighbours of sample `i`, which is the lowest of the three samples.
