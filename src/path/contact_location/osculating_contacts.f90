@@ -4,7 +4,7 @@ module osculating_contacts
    use kinds, only: wp
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
-   use track_nodes, only: curvature_slack, rolled_t, rolled
+   use track_nodes, only: curvature_slack, excess_curvature, rolled_t, rolled
    use touchdown_points, only: point_force
    use contact_spans, only: initial_share
    use test_kinds, only: well_below
@@ -13,7 +13,7 @@ module osculating_contacts
    use corrector, only: increment_t, correct
    implicit none
    private
-   public :: find_osculating_contact
+   public :: find_osculating_contact, turn_at_least_curvature
 
 contains
 
@@ -67,6 +67,36 @@ contains
       e = pack(problem%candidates%element(:, candidate), problem%candidates%element(:, candidate) > 0)
       acts_at_node = abs(roll%way) <= initial_share * minval(problem%layout%rod_segment(problem%rod_segment(e))%length)
    end function acts_at_node
+
+   !> Finds the equilibrium in which the point contact with the least relative curvature may have negative relative curvature, for
+   !> instance if it becomes a line earlier on another mesh: its node follows the obstacle's direction.
+   subroutine turn_at_least_curvature(problem, from, control, state, found)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: from          !! origin of `control`
+      type(control_t), intent(in) :: control
+      type(state_t), intent(inout) :: state      !! a guess on entry
+      logical, intent(out) :: found
+      type(problem_t) :: turning
+      type(increment_t) :: report
+      type(system_t) :: system
+      real(wp) :: excess(problem%candidates%n), extension
+      integer :: c
+      excess = huge(excess)
+      do c = 1, size(excess)
+         if (problem%candidates%contact_span(c) == 0) cycle
+         if (problem%candidates%moves(c) .and. problem%candidates%rolls(c)) call excess_curvature(problem, state, c, excess(c), &
+            & extension)
+      end do
+      found = any(excess < huge(excess))
+      if (.not. found) return
+      c = minloc(excess, 1)
+      call copy_problem(problem, turning)
+      turning%candidates%follows(c) = .true.
+      system = new_system(turning)
+      call correct(turning, from, control, .true., state, system, report)
+      found = report%converged
+      if (found) state%reaction(c) = point_force(problem, state, c)
+   end subroutine turn_at_least_curvature
 
    !> Least relative curvature that differs significantly from zero.
    pure real(wp) function least_resolved_curvature(problem) result(excess)

@@ -55,6 +55,8 @@ contains
          if (must_end(outcome)) exit
          call save_run(problem, run, attempt, recorder, outcome, .false.)
          if (ended(attempt, outcome) .or. points_used_up()) exit
+         if (run%mesh%change_behind) call make_change_behind()
+         if (ended(attempt, outcome)) exit
          call start_from(run, attempt)
          call set_control(problem, step, run)
          ! Where a contact or free span has just begun, its tests change with powers of its length, and slopes say nothing.
@@ -95,6 +97,17 @@ contains
          outcome%dead_end = .false.
          outcome%why = cause//': '//outcome%why
       end subroutine explain_end
+
+      !> Makes a contact change at the last accepted point, if remeshing has moved the change to a position before this point.
+      subroutine make_change_behind()
+         type(path_point_t) :: here
+         run%mesh%change_behind = .false.
+         here = run%last
+         call check_contact_change(problem, step, run, here, .false., huge(1), recorder, attempt%request, attempt%finished, outcome)
+         call note_change(problem, run, attempt)
+         if (attempt%request%shorter) call shorten_increment(run)
+         if (attempt%changed) attempt%has_trial = allocated(attempt%request%ahead)
+      end subroutine make_change_behind
 
       !> Makes the contact change between the last accepted point and the trial, if there is one; otherwise accepts the trial as a
       !> point of the path. If the increment must first be repeated, attempt%request contains the requirements.

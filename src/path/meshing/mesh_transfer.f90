@@ -10,7 +10,8 @@ module mesh_transfer
    use span_candidates, only: present_contact_spans
    use mesh_density, only: mesh_density_t
    use ground_cuts, only: find_cuts
-   use path_control, only: control_t, is_arc_length, metric, path_length
+   use path_control, only: control_t, is_arc_length, metric
+   use osculating_contacts, only: turn_at_least_curvature
    use path_continuity, only: path_tangent_at, normal_plane, angle_between, largest_turn
    use path_point, only: path_point_t, move_to, renew, evaluate_tests
    use path_state, only: path_state_t, difference_load, copy_path_state, forget_mesh
@@ -54,8 +55,10 @@ contains
       type(path_point_t) :: better
       type(control_t) :: constraint
       type(increment_t) :: report
+      logical :: behind_flat
       done = run%last%system%ok
       if (.not. done) return
+      behind_flat = .false.
       better = run%last
       if (.not. (run%fresh .or. is_stress_free(run%last%state))) then
          ! Under load or displacement control the constraint keeps the controlled quantity. Under other strategies the constraint is
@@ -66,7 +69,7 @@ contains
          call bring_to_balance()
          ! If the two meshes' results differ by more than all displacements so far, the result is a different equilibrium and
          ! rejected.
-         if (done) done = stays_within(problem, run%last%state, better%state, run%motion) .and. stays_here()
+         if (done) done = stays_within(problem, run%last%state, better%state, run%motion)
          if (.not. done) return
       end if
       associate (before => run%last%tangent, pivots => run%last%test_values%negative_pivots, system => better%system)
@@ -82,6 +85,7 @@ contains
             & done = angle_between(problem, before%u, better%tangent%u) <= largest_turn
       end associate
       if (.not. done) return
+      run%mesh%change_behind = behind_flat
       call evaluate_tests(problem, better)
       associate (old => run%last%test_values, new => better%test_values)
          ! The number of unstable directions that open force-free line contacts does not depend on the mesh.
@@ -98,17 +102,6 @@ contains
       run%last = better
 
    contains
-
-      !> True if the point is nearer to its place on the former mesh than to that of the next increment, or within the accuracy
-      !> that the deck asks for. (Under load or displacement control it keeps the load or displacement.)
-      logical function stays_here() result(stays)
-         stays = .not. is_arc_length(run%control%method)
-         if (stays) return
-         associate (before => run%last%state, step => problem%model%step(problem%step))
-            stays = path_length(problem, before, better%state) <= max(0.5_wp * abs(run%control%increment), &
-               & step%asked * sqrt(metric(problem, before%u, before%u)))
-         end associate
-      end function stays_here
 
       !> Finds equilibrium with the fastest touchdown point fixed, if there is one. Near a limit point the end of a line contact may
       !> move far while the rest of the structure hardly moves. A mesh with a lower limit load then has no equilibrium in the plane
@@ -129,6 +122,11 @@ contains
          better%system = run%last%system
          call correct(problem, run%last%state, constraint, .true., better%state, better%system, report, linearised=.true.)
          done = better%system%ok .and. report%converged
+         if (done) return
+         better%state = run%last%state
+         call turn_at_least_curvature(problem, run%last%state, constraint, better%state, done)
+         behind_flat = done
+         if (done) call move_to(problem, better%state, better)
       end subroutine bring_to_balance
    end subroutine rebalance
 

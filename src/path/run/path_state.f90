@@ -52,6 +52,8 @@ module path_state
       type(point_on_mesh_t), allocatable :: before_coarsening !! problem and point to which the run returns if no point is accepted
       !! on the coarser mesh
       integer :: points_to_keep = 0              !! number of further points for which the mesh must not be coarsened
+      logical :: change_behind = .false. !! true: on the present mesh a point contact becomes a line contact before the last
+      !! accepted point
    end type mesh_history_t
 
    !> Derivatives of the test values of contact spans by arc length.
