@@ -339,7 +339,7 @@ contains
       real(wp), intent(out), optional :: steady !! its part without the derivative of Q, which needs no second derivative of k0:
       !! density = steady - o Q'
       type(section_t) :: at
-      real(wp) :: p, ei, d, along, across, n1, m1, m2, stretch1, k1, k2, q1, normal(2), line(2), line_slope(2), without
+      real(wp) :: p, ei, d, along, across, n1, m1, m2, stretch1, k1, k2, q1, normal(2), line(2), line_slope(2)
       call output_at(output, tab, obstacle, tau, here, p)
       associate (element => output%element, sense => output%element%sense, compliance => output%element%compliance, &
          & load => output%element%load)
@@ -362,8 +362,7 @@ contains
          m1 = ei * (k1 * at%stretch - sense * here%curvature * along * compliance%axial - k0(1)) / d
          n1 = -sense * here%curvature * m1 - along
          q = -m1 / at%stretch
-         without = -sense * (n * sense * here%curvature * at%stretch + across + load%pressure * at%stretch)
-         if (present(steady)) steady = without
+         if (present(steady)) steady = -sense * (n * sense * here%curvature * at%stretch + across + load%pressure * at%stretch)
          if (.not. present(density)) return
          ! With (o k)' = k' (1 + e) and q_t' = o k (1 + e) q_n + q' . (o tangent):
          !   M'' = EI (o k'' (1 + e)^3 + 3 k' (1 + e) e' + o k N''/EA - k0''),   N'' = -k' (1 + e) M' - o k M'' - q_t'
@@ -372,7 +371,7 @@ contains
          m2 = ei * (k2 * at%stretch + 3 * k1 * stretch1 - k0(2) - (compliance%axial * sense * here%curvature) * &
             & (k1 * m1 + sense * here%curvature * at%stretch * across + sense * dot_product(line_slope, here%tangent))) / d
          q1 = -m2 / at%stretch + m1 * stretch1 / at%stretch**2
-         density = without - sense * q1
+         density = -sense * (q1 + n * sense * here%curvature * at%stretch + across + load%pressure * at%stretch)
       end associate
    end subroutine conforming_resultants
 
