@@ -189,3 +189,13 @@ build() {
    fi
    mv "$folder/.building" "$folder/.built"
 }
+
+# LAPACK and BLAS as Netlib has them (Debian: liblapack3, libblas3), to be loaded before those the program was linked with; nothing where they are not installed.
+reference_libraries() {
+   local file found=()
+   for file in lapack/liblapack.so.3 blas/libblas.so.3; do
+      compgen -G "/usr/lib/*/$file" > /dev/null || return 0
+      found+=("$(compgen -G "/usr/lib/*/$file" | head -n 1)")
+   done
+   echo "${found[*]}"
+}
