@@ -120,3 +120,52 @@ def test_wall_of_many_pieces(corners, tolerance):
     # TOLERANCE is relative to the largest load factor of the step.
     for load, other in zip(begun, expected):
         assert abs(load - other) <= float(tolerance) * 0.105
+
+
+BESIDE_A_PLANE = """*HEADING
+Liner in a round host with a spring at its foot: contact begins a little beside the plane of symmetry
+*NODE
+1, 0, 1
+2, -0.7841932, -0.6205168
+3, 0, -1
+*ARC, ELSET=ROD, NSET=ROD, TYPE=GE8, DIRECTION=ANTICLOCKWISE
+1, 2, 0, 0
+2, 3, 0, 0
+*BEAM SECTION, ELSET=ROD, SECTION=STIFFNESS
+13133.2, 1, , 0, 1
+*IMPERFECTION, ELSET=ROD, SHAPE=COSINE
+-0.000148904, 6
+*BOUNDARY
+1, XSYMM
+3, XSYMM
+*SPRING
+3, 2, 83.793
+*OBSTACLE, NAME=HOST, TYPE=CIRCLE, SIDE=INSIDE
+0, 0, 1.00055818
+*CONTACT, OBSTACLE=HOST, NSET=ROD
+*MONITOR, NAME=v
+1, U2, -1
+*STEP
+*ACCURACY, TOLERANCE=1E-5
+*STATIC, METHOD=CYLINDRICAL
+{first}, , 0.0076
+*CLOAD
+1, 2, -0.0868374
+*DLOAD
+ROD, P, 1
+*STOP
+LOAD, ABOVE, 1
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("first", [0.05, 0.3])
+def test_contact_begins_a_little_beside_a_plane_of_symmetry(first):
+    """The least gap is 0.055 beside the plane, where no sample of a long element is; on the plane the slope of the gap is zero. Contact was
+    told on the plane, at 0.59883 with an error bar of 1E-6."""
+    run = dr.run_deck(BESIDE_A_PLANE.format(first=first))
+    third = run.labelled("C+")[2]
+    assert abs(third.load_factor - 0.59828979) < third.error + 1e-7
+    assert third.error < 1e-5 * third.load_factor
+    start = run.results.contact.start[third.point - 1]
+    assert start[run.results.contact.count[third.point - 1] - 1] == pytest.approx(math.pi - 0.055, abs=0.01)
