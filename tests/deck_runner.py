@@ -177,6 +177,11 @@ def run_deck(text: str, *options: str, code: int | None = 0, name: str | None = 
     return Run(done.returncode, done.stdout, done.stderr, folder)
 
 
+def preload(library: pathlib.Path) -> str:
+    """LD_PRELOAD with one library more: the tests with run-time checks have the reference BLAS there."""
+    return " ".join(filter(None, (str(library), os.environ.get("LD_PRELOAD"))))
+
+
 def collect(text: str, options: tuple[str, ...], folder: pathlib.Path) -> pathlib.Path:
     """Stores a deck as TEST-HASH.inp unless it is there; its options, if any, as TEST-HASH.options, one a line. Returns the deck's file.
 

@@ -320,8 +320,8 @@ down, ABOVE, 1.
 def test_scissor():
     """Bars of length 2: the work of both loads is that of the spring, 2 P dh = k out d(out), h^2 + (1.6 + out)^2 = 4. The bars
     bend by P L^2/EI of their length, 2e-5 at most."""
-    # One element a bar: at the limit point they may be 5 % off, the bars say.
-    run = dr.run_deck(SCISSOR.replace("*STEP\n", "*STEP\n*ACCURACY, WIDEST=0.1\n"))
+    # Two stiff bars nearly are a mechanism: with one element a bar the error bar at the limit point hangs on rounding, up to 14 % of `down`.
+    run = dr.run_deck(SCISSOR.replace("*STEP\n", "*STEP\n*ACCURACY, WIDEST=0.3\n"))
     out = run.column("out")
     width = 1.6 + out
     height = np.sqrt(4 - width**2)

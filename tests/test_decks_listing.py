@@ -82,7 +82,7 @@ def test_progress_on_a_terminal_only(shim):
     reader, terminal = pty.openpty()
     with tempfile.TemporaryDirectory() as folder:
         done = subprocess.Popen([program, "-o", "a.h5"], stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=terminal,
-                                cwd=folder, env={**os.environ, "LD_PRELOAD": str(shim), "KILL_AT": "0", "KILL_LOG": "count", "KILL_COPY": "copy"})
+                                cwd=folder, env={**os.environ, "LD_PRELOAD": dr.preload(shim), "KILL_AT": "0", "KILL_LOG": "count", "KILL_COPY": "copy"})
         os.close(terminal)
         done.stdin.write(text.encode())
         done.stdin.close()

@@ -111,7 +111,7 @@ def test_killed_at_once_and_gone_on(tmp_path):
 def killed(folder, shim, at):
     """A run of deck.inp that is killed at a write, by a clock with which each point takes seconds; the number of writes."""
     (folder / "pieces.h5").unlink(missing_ok=True)
-    environment = {**os.environ, "LD_PRELOAD": str(shim), "KILL_MODE": "before", "KILL_LOG": "count", "KILL_COPY": "flushed", "KILL_AT": str(at)}
+    environment = {**os.environ, "LD_PRELOAD": dr.preload(shim), "KILL_MODE": "before", "KILL_LOG": "count", "KILL_COPY": "flushed", "KILL_AT": str(at)}
     subprocess.run([os.environ["UNILAT"], "--quiet", "-o", "pieces.h5", "deck.inp"], cwd=folder, timeout=WAIT, capture_output=True, check=False, env=environment)
     return int((folder / "count").read_text())
 
@@ -301,7 +301,7 @@ def test_a_branch_goes_on_with_another_strategy(tmp_path, shim):
 
 @dr.release_only
 def test_a_run_that_was_killed_before_its_point_does_not_go_on_as_another(ring, shim):
-    environment = {**os.environ, "LD_PRELOAD": str(shim), "KILL_MODE": "before", "KILL_LOG": "count", "KILL_COPY": "flushed"}
+    environment = {**os.environ, "LD_PRELOAD": dr.preload(shim), "KILL_MODE": "before", "KILL_LOG": "count", "KILL_COPY": "flushed"}
     command = [os.environ["UNILAT"], "--quiet", "--restart", "whole.h5", "--from", "EP1", "-o", "pieces.h5"]
     for at in (0, 0.5):
         at = int(at and at * int((ring / "count").read_text()))

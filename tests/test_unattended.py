@@ -80,7 +80,7 @@ def killed_run(folder, shim, at, mode):
         if ".h5" in name or name in ("count", "flushed"):
             os.remove(folder / name)
     shutil.copy(folder / "former", folder / "short.h5")
-    environment = {**os.environ, "LD_PRELOAD": str(shim), "KILL_AT": str(at), "KILL_MODE": mode, "KILL_LOG": "count",
+    environment = {**os.environ, "LD_PRELOAD": dr.preload(shim), "KILL_AT": str(at), "KILL_MODE": mode, "KILL_LOG": "count",
                    "KILL_COPY": "flushed"}
     code, _, err = run(folder, "--quiet", "short.inp", env=environment)
     assert code == (0 if at == 0 else -signal.SIGKILL), err
@@ -190,7 +190,7 @@ def test_cpu_time_is_limited(folder):
 
 def often_flushed(shim):
     """Environment in which a run writes its result file at nearly every point, however fast the machine is."""
-    return {**os.environ, "LD_PRELOAD": str(shim), "KILL_AT": "0", "KILL_LOG": "count", "KILL_COPY": "flushed"}
+    return {**os.environ, "LD_PRELOAD": dr.preload(shim), "KILL_AT": "0", "KILL_LOG": "count", "KILL_COPY": "flushed"}
 
 
 @pytest.mark.parametrize("kilobytes", [1, 300])
