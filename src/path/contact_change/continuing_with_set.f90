@@ -183,11 +183,13 @@ contains
       call go_to_next(problem, step, run, next, recorder, finished, outcome)
    end subroutine begin_set
 
-   !> Moves a set at its onset to the exact place if a length vanishes there.
+   !> Moves a set at its onset to the exact place if a length vanishes there. If this place is not found, the onset counts as known
+   !> between two points only.
    subroutine complete_onset(step, run, first)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
-      type(other_set_t), intent(inout) :: first  !! out: without the length, or unchanged if its test is no length
+      type(other_set_t), intent(inout) :: first  !! out: without the length; if its test is no length, unchanged; if the
+      !! place is not found, without test
       type(span_test_t), allocatable :: tests(:)
       type(other_set_t) :: without
       logical :: found
