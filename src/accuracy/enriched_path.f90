@@ -31,7 +31,7 @@ module enriched_path
       real(wp) :: away = 0.0_wp !! controlled displacement of the original problem's point minus that of `base`. The two differ
       !! inside elements, where the polynomials have different orders
       type(path_tangent_t) :: heading                 !! path tangent of the original problem
-      integer, allocatable :: ends(:) !! candidates of the touchdown points whose positions are values, see place_functional
+      integer, allocatable :: ends(:) !! candidates of the touchdown points whose positions get error bars, see place_functional
       real(wp), allocatable :: modes(:, :)       !! (unknowns, multiplicity) null vectors of bifurcations at the point; Newton
       !! steps, and tangents at limit points, have no component along them
       logical :: at_limit = .false.              !! true: the point is a limit point, and `modes` does not contain its null vector

@@ -144,7 +144,8 @@ contains
          shares%known(row) = .true.
          ! The residual left by Newton's method is not an error of any element.
          shares%rest(row) = dot_product(total, merge(0.0_wp, system%residual, system%fixed))
-         ! For numbers that depend on points inside elements, `change` contains the residuals inside elements.
+         ! The residuals inside elements are added here, unless the number depends on points inside elements: then `change` has
+         ! them.
          if (.not. (allocated(number%inner) .or. allocated(number%section))) shares%rest(row) = shares%rest(row) + number%defect
          shares%sum(row) = sum(share) + shares%rest(row) + change + direct
          shares%size(row) = sum(abs(share)) + abs(shares%rest(row) + change + direct)
@@ -265,7 +266,8 @@ contains
       type(functional_t), intent(in) :: number(:)
       real(wp), intent(in) :: modes(:, :) !! (n, multiplicity) null vectors of a bifurcation; no columns at other points. Components
       !! of displacements along them are removed, because these are rounding divided by a vanishing eigenvalue
-      real(wp), intent(out) :: dual(:, :)        !! (n, numbers) node axes
+      real(wp), intent(out) :: dual(:, :)        !! (unknowns, numbers) dual (adjoint) displacements, a column for each number, in
+      !! node axes
       real(wp), intent(out) :: by_held(:) !! (numbers) derivative of each number along the path with respect to the prescribed
       !! quantity
       logical, intent(out) :: ok                 !! false: the prescribed quantity is constant along the path, and nothing is set

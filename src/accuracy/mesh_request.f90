@@ -36,7 +36,8 @@ module mesh_request
    real(wp), parameter :: part_of_asked = 0.5_wp !! part of the tolerance for which a mesh is designed; the rest allows for the
    !! prediction of the error
    real(wp), parameter :: part_of_iteration = 0.1_wp !! part of the tolerance that the remainder of the Newton iteration may use
-   !> Largest ratio of two estimated error contributions whose true values are equal, as long as a bar is valid.
+   !> Two elements whose true error contributions are equal may have estimated contributions that differ by up to this factor,
+   !> because a valid bar may miss the share `largest_unseen` of either.
    real(wp), parameter :: share_known = (1.0_wp + largest_unseen) / (1.0_wp - largest_unseen)
    real(wp), parameter :: of_rest = 1.4_wp       !! factor of the Newton iteration's remainder in a bar, see error_bar
    real(wp), parameter :: most_spared = 0.7_wp !! largest ratio of the new to the present number of elements for which coarsening is

@@ -80,8 +80,8 @@ contains
       heading%u = heading%load * heading%u
    end function tangent_without
 
-   !> Forces minus those multiples of M v that do the same work on the null vectors v. The part of the solution that is orthogonal
-   !> to the null vectors is unchanged and free of rounding along them.
+   !> Forces f without their parts along the null vectors v: f - sum of (v . f) M v, with the metric M. The solution of K x = f
+   !> keeps its part orthogonal to the null vectors, and loses the part along them, which would be rounding over a vanishing pivot.
    pure function free_of(problem, modes, force) result(free)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: modes(:, :)        !! (unknowns, any number) null vectors, orthonormal in the metric

@@ -166,7 +166,7 @@ contains
          return
       end if
       bars%unfolding = shares%unfolding
-      ! The null vector of the limit point itself is not among those removed.
+      ! At a limit point one pivot changes its sign, and its null vector is not in `left_out`.
       bars%missed = unstable_difference(problem, state, system, path, first, size(left_out, 2) + merge(0, 1, size(modes, 2) > 0))
       call find_crossing(path, zero, reach, load_rounding(), first, crossing)
       if (.not. allocated(crossing%why)) call measure_uncertainty(path, zero, first, crossing)

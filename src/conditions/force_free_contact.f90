@@ -168,8 +168,8 @@ contains
       if (any_weak) call count_isolated(problem, state, system, opening)
    end subroutine count_opening
 
-   !> Counts the negative pivots of the rods on force-free line contacts. A separate procedure, so that the reduced problem is
-   !> created, cleared and deallocated only when it is needed.
+   !> Counts the negative pivots of the rods that lie on force-free line contacts, with these contacts released and all other rods
+   !> left out (the reduced problem). A separate procedure, so that this problem is created and deallocated only when it is needed.
    subroutine count_isolated(problem, state, system, pivots)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

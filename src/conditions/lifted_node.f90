@@ -8,15 +8,15 @@
 !>   T1 = r m (3 + v - v^2 + v^3)/12,   T2 = r m (1 - v + v^2 + 3 v^3)/(12 v^2),
 !>   F = r m f(v),   f = T1/(r m) + T2/(r m) - 1 - v,   C = r m^2 c(v),   c = 1/2 - T1/(r m) + v T2/(r m) - v^2/2.
 !>
-!> Without a force v = 2 - sqrt(3) and C = (2 sqrt(3) - 3) r m^2; without a couple v = 1 and m = -3 F/(4 r). Any couple lifts a
-!> finite length against any pressing force: a node inside a line contact transmits no couple to the obstacle.
+!> Without a force v = 2 - sqrt(3) and C = (2 sqrt(3) - 3) r m^2; without a couple v = 1 and m = -3 F/(4 r) (F < 0 lifts). Any
+!> couple lifts a finite length against any pressing force: a node inside a line contact transmits no couple to the obstacle.
 !>
 !> A joint at which the curvature of the obstacle jumps by D acts like the couple C = EI D, of either sign: the line contact lifts
 !> over m + n = sqrt(2 sqrt(3) C/r), n on the side where the obstacle bends less towards the rod.
 !>
-!> At the end node of a line contact, which the couple presses onto the obstacle, w = r x^3 (l - x)/(24 EI), with the distance x
-!> from the new end of the line contact and the lifted length l. The slope at the node is negligible, and the moment there is -r
-!> l^2/4.
+!> A couple at the last node of a line contact may press this node onto the obstacle, so that the rod lifts beside it: w = r x^3
+!> (l - x)/(24 EI), with the distance x from the new end of the line contact and the lifted length l. The slope at the node is
+!> negligible, and the moment there is -r l^2/4.
 module lifted_node
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -61,9 +61,9 @@ contains
          & node_track(problem, state, candidate)), breakpoint_force(problem, state, candidate), 0.5_wp * sum(density))
    end function lifted_beside
 
-   !> Least density of the obstacle's force at which a couple lifts only a negligible length of a line contact, or by a height below
-   !> rounding: m <= initial_share of the rod segment, or (21 - 12 sqrt(3))/8 C^2/(r EI) <= rounding_gap.
-   !> The lifted height is largest at x = n.
+   !> Density of the obstacle's force above which a couple lifts the rod over a negligible length only, or by a height below
+   !> rounding. In the symbols of the module header: m <= initial_share of the rod segment, or (21 - 12 sqrt(3))/8 C^2/(r EI) <=
+   !> rounding_gap; the lifted height is largest at x = n.
    pure real(wp) function holding_density(problem, element, couple) result(density)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: element        !! element of the line contact on which the couple acts

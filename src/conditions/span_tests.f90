@@ -1,6 +1,6 @@
 !> Tests whether a set of contact spans is the right one. The test functions are smooth along the path while the set is unchanged,
 !> and >= 0 while it is valid. Where one of them is zero, contact begins, ends, spreads or splits.
-!> The header of span_changes has the walk of a contact change, of which these tests are the beginning.
+!> The header of span_changes lists the steps of a contact change; the first step evaluates these tests.
 module span_tests
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap

@@ -91,8 +91,8 @@ contains
       any_may_fail = any(tests%value - tests%error < -test_slack(tests%kind))
    end function any_may_fail
 
-   !> True if a test changes from passed to failed on an increment. A pressure has the largest permitted amount; it counts only if
-   !> it changes from above this amount to below zero.
+   !> True if a test has failed at the end of an increment: it is below zero by more than the slack of its kind. A pressure, whose
+   !> slack is the largest, also fails if it was above its slack at the start of the increment and is below zero at the end.
    elemental logical function crosses(before, after)
       type(span_test_t), intent(in) :: before, after !! the same test at the start and at the end of an increment
       associate (slack => test_slack(after%kind))

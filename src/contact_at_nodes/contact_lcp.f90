@@ -206,7 +206,8 @@ contains
          if (state%active(candidate)) pair = pair * system%spring(candidate)
       end function own_force
 
-      !> Adds the forces that coupled ground exerts on fixed nodes for a unit of a candidate's z.
+      !> Adds the forces that coupled ground exerts on the nodes, with their displacements held, for a unit of the unknown z of a
+      !> candidate in the complementarity problem.
       subroutine add_coupled_load()
          real(wp) :: opening(problem%candidates%n), push(problem%candidates%n)
          opening = 0.0_wp

@@ -101,7 +101,8 @@ contains
       end do
    end subroutine keep_resultants
 
-   !> Stores the couples that obstacles exert on nodes whose direction is that of an obstacle's track.
+   !> Stores the couples that obstacles exert on those nodes that must keep the direction of the obstacle's surface
+   !> (candidates%follows).
    subroutine keep_couples(problem, system, state)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! assembled at `state`

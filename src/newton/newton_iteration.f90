@@ -83,7 +83,7 @@ module newton_iteration
    real(wp), parameter :: noticed = 0.1_wp !! rounding error of forces, over the tolerance, above which pressures are stored
    !! (ground_pressures)
    ! Largest negligible forces due to the second-order strains rotation^2/2, over the force scale. Up to this value a step from a
-   ! stress-free start on a foundation gives no scale. With values from 0.001 to 0.1. every deck in input has the same results
+   ! stress-free start on a foundation gives no scale. With values from 0.001 to 0.1 every deck in input has the same results
    real(wp), parameter :: negligible = 0.01_wp
 
 contains
@@ -251,7 +251,7 @@ contains
    end subroutine measure
 
    !> True if residual, last correction and constraint violation are small enough. A residual below the tolerance that no longer
-   !> decreases is accepted, even if a request for smaller errors asks for less.
+   !> decreases is accepted, even if a smaller one was requested.
    logical function is_small(problem, state, system, newton, report) result(small)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

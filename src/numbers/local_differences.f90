@@ -105,7 +105,8 @@ contains
          end do
       end subroutine displace
 
-      !> Increments of an element on a carried obstacle (see relative_increments) that follow from those of the node being varied.
+      !> Displacement increments of the nodes of an element on a carried obstacle, relative to this obstacle, if one node is moved
+      !> by `du`: a node of the element, or the node that carries the obstacle (see relative_increments).
       pure function relative(e, side, du) result(own)
          integer, intent(in) :: e, side          !! index of the element; side of the node in it, 0: the node carries the obstacle
          real(wp), intent(in) :: du(3)

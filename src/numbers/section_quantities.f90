@@ -143,8 +143,8 @@ contains
                call sample_element()
             else if (monitor%place <= from + (at(2) - at(1)) .or. i == size(monitor%element)) then
                s = min(monitor%place - from, at(2) - at(1))
-               ! At the end of the range the element before it is used, so that a point at a node is on the side of the monitor's
-               ! elements.
+               ! A node has an element on each side. At the last node of the monitor's elements the last of them is meant, not the
+               ! element behind it.
                call find_point(problem, state, segment, at(1) + s, place%element, place%tau)
                value = section_value(problem, state, place%element, place%tau, monitor%component)
                place%s = monitor%place

@@ -136,7 +136,8 @@ contains
       type(functional_t), intent(inout) :: number
       integer :: i, c
       associate (list => problem%candidates, own => number%by_element(:, e))
-         ! The unbalanced forces of a conforming element on its own nodes are not those in `by_force`.
+         ! `by_force` multiplies the forces of all elements on the fixed unknowns. Those of a conforming element on its own nodes
+         ! are no part of the contact forces that are summed, and are subtracted.
          if (problem%conforms(e) > 0) own = -element_unknowns(problem, system, number%by_force, e)
          do c = 1, list%n
             if (.not. counts(problem, forces%obstacle, c)) cycle

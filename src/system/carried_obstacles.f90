@@ -159,7 +159,7 @@ contains
       type(ge_load_t), intent(in) :: load
       real(wp), intent(out) :: force(3), rate(3) !! force and moment; their derivative by the load factor
       real(wp), intent(out) :: k(9, 9) !! minus the derivative of the force by the unknowns of the carrier and of both nodes, in the
-      !! nodes' axes, relative to the obstacle; symmetric
+      !! nodes' axes. Displacements of the element's nodes are relative to the obstacle; symmetric
       type(conforming_state_t) :: kept
       type(track_t) :: track
       type(pose_t) :: pose

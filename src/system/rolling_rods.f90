@@ -162,9 +162,9 @@ contains
       node = [problem%rolling, pack(of_rod, loaded .and. of_rod /= problem%rolling)]
    end function fixed_contacts
 
-   !> Length of the line contact on one side of the clamp, or of a node at which forces act. If there is no line contact: minus the
-   !> length by which the rod must roll until the relative curvature vanishes. 0 in the reduced problem without force-free contacts,
-   !> in which the relative curvature is zero without a line contact.
+   !> Length of the line contact on one side of a node (a clamp, or a node at which forces act). Negative without a line contact:
+   !> minus the length by which the rod must roll until one begins, where its relative curvature vanishes. Zero if a force-free line
+   !> contact was released there (the reduced problem): the relative curvature is zero then.
    real(wp) function lying(problem, state, node, side) result(length)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -35,7 +35,8 @@ module system_type
       !! third unknown: curvature of the track
       real(wp), allocatable :: lean(:) !! (nodes) displacement along the second axis that a unit rotation causes in addition to the
       !! second unknown: at a point contact at a segment boundary the force acts beside the node
-      real(wp), allocatable :: tie_block(:, :, :) !! blocks of the derivative T' of tied nodes, see tied_nodes
+      real(wp), allocatable :: tie_block(:, :, :) !! 3x3 blocks of dT/dq, for tied nodes with the displacements
+      !! u = T(q), see tied_nodes
       real(wp), allocatable :: arm(:, :) !! (2, candidates) vector from the obstacle's pivot to the node; zero if no node carries
       !! the obstacle
       real(wp), allocatable :: slip_block(:, :, :) !! blocks of the displacements relative to carried obstacles, see

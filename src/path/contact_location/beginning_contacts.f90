@@ -73,7 +73,8 @@ contains
          found = abs(rate) > 0.0_wp
          if (.not. found) exit
          control%increment = -end_force(free%problem, free%state, c) / rate
-         ! The load changes by ten roundings at most. With eight, a run of the tests takes one more step, in which a contact drifts.
+         ! Converged: the correction of the load is at most ten times its rounding. With eight times, one deck of the tests makes a
+         ! further correction, in which the contact drifts along the rod.
          if (abs(control%increment) <= 10.0_wp * epsilon(rate) * abs(free%state%load_factor)) exit
       end do
       found = found .and. abs(control%increment) <= sqrt(epsilon(rate)) * abs(free%state%load_factor)

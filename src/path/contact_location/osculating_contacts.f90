@@ -55,8 +55,8 @@ contains
       end if
    end subroutine find_osculating_contact
 
-   !> True if the contact force of a point at a segment boundary acts at its node, up to a negligible distance along the rod. The
-   !> contact has left the boundary before then (test_leaving).
+   !> True if the contact force of a point at a segment boundary acts at its node, up to a negligible distance along the rod. If
+   !> not, the contact leaves the boundary before it osculates (test_leaving).
    pure logical function acts_at_node(problem, state, candidate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! with an osculating contact at the candidate

@@ -19,8 +19,8 @@ module edit_places
 
 contains
 
-   !> Places along the rod strips to which the given tests of a state belong. A contact at a boundary of rod segments has tests on
-   !> both sides, but it is one place.
+   !> Place of each given test: strip and coordinate along it. A strip is a sequence of rod segments (rod_strips). A contact at a
+   !> boundary of two segments has a test in each of them, but it is one place.
    function places_of_tests(problem, state, strip, tests, scale, beyond) result(edit_place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -1,8 +1,8 @@
 !> Differences between two contact sets: the label of the change, and the numbers of the contact spans that continue.
 !>
-!> Contacts are compared along strips, where a line contact that passes a segment boundary is one contact. Of two contacts with one
-!> obstacle, before and behind the change, the second continues the first if they overlap or are near, or if an edit has left the
-!> contact its number, however far it has moved since. A node clamped on an obstacle, without contact beside it, is no contact.
+!> Contacts are compared along strips, where a line contact that passes a segment boundary is one contact. A contact behind the
+!> change continues a contact with the same obstacle before it if they overlap or are near, or if the edit of the set kept the
+!> contact's number; it may have moved far since. A node clamped on an obstacle, without contact beside it, is no contact.
 module set_differences
    use kinds, only: wp
    use problem, only: problem_t

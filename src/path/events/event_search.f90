@@ -130,7 +130,8 @@ contains
       findings%seen(n + 1:)%fraction = part + (1.0_wp - part) * findings%seen(n + 1:)%fraction
    end subroutine find_hidden_values
 
-   !> Index of the last located limit point, or else of a closure of the branch, which may be an extremum of the load; 0: neither.
+   !> Index in findings%seen of the last located limit point or, if there is none, of the point where a branch closes (returns to
+   !> its start), because the load may have an extremum there; 0: neither.
    pure integer function limit_among(findings) result(limit)
       type(findings_t), intent(in) :: findings
       integer :: i

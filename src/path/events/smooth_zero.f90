@@ -8,10 +8,10 @@
 !> h^4, which suggests h = epsilon^(1/5). If several eigenvalues vanish together, their order by value changes at the zero; their
 !> order by magnitude is the same on both sides.
 !>
-!> A bifurcation is searched for on another path (locate_on_crossing_path) where the present path crosses another path with a load
-!> extremum of its own: a symmetric pitchfork, followed along its branch. Along the branch the vanishing eigenvalue touches zero
-!> there without changing its sign, so that points near the bifurcation are inaccurate. Along the other (symmetric) path the
-!> eigenvalue passes through zero, and all displacements have no component along the null vector.
+!> The present path may be the branch of a symmetric pitchfork and come to its bifurcation, where its own load has an extremum. On
+!> the branch the vanishing eigenvalue touches zero there without changing its sign, so that points near the bifurcation are
+!> inaccurate. The bifurcation is then located on the symmetric path that crosses the branch (locate_on_crossing_path): there the
+!> eigenvalue passes through zero, and the displacements have no component along the null vector.
 !>
 !> If the corrector fails for every point inside the increment, the event is placed at an end of the increment.
 module smooth_zero

@@ -1,8 +1,9 @@
 !> Finds the zero of an event function inside an increment from points of the path on both sides.
 !>
-!> The function at a bifurcation or detachment is the eigenvalue of the tangent stiffness that vanishes (zero_eigenvalue). States
-!> are interpolated by a cubic between points of the path, with their tangents (state_between). They replace points at which the
-!> last correction of Newton's method is meaningless (bifurcation) or the method fails (point contact at zero relative curvature).
+!> The function at a bifurcation, or where a line contact without force lets go (detachment), is the eigenvalue of the tangent
+!> stiffness that vanishes (zero_eigenvalue). Where the last correction of Newton's method is meaningless (bifurcation) or the
+!> method fails (point contact at zero relative curvature), states are interpolated by a cubic between points of the path, with
+!> their tangents (state_between).
 module zero_search
    use kinds, only: wp
    use model, only: step_t
@@ -175,7 +176,7 @@ contains
    !> True if the samples show a jump instead of a zero: the corrector converged to another path that is close.
    pure logical function jumps(value)
       real(wp), intent(in) :: value(n_samples)  !! function at two samples on each side of the zero
-      real(wp), parameter :: times = 4.0_wp !! change between the two inner samples over the mean change on both sides (1 for a
+      real(wp), parameter :: times = 4.0_wp !! change between the two inner samples over the sum of both outer changes (1 for a
       !! smooth function), above which the function jumps; with values up to 40 every deck in input has the same results; at 0.4 six
       !! have others
       jumps = value(2) * value(3) < 0.0_wp .and. abs(value(3) - value(2)) > times * (abs(value(2) - value(1)) + &

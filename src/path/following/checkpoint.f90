@@ -182,8 +182,8 @@ contains
       call take_steps(new, problem%deck%step)
    end subroutine change_steps
 
-   !> Replaces steps by those of the changed deck. Loads remain as they were distributed onto the mesh. The residual factor found by
-   !> the run is kept if the tolerances are equal.
+   !> Replaces steps by those of the changed deck. Loads remain as they were distributed onto the mesh. The factor on the
+   !> residual tolerance that the run found necessary (`sharper`) is kept if the tolerances are equal.
    subroutine take_steps(new, steps)
       type(step_t), intent(in) :: new(:)
       type(step_t), intent(inout) :: steps(:)    !! in: steps of the old deck; out: as many steps of the changed deck

@@ -123,7 +123,8 @@ contains
       before = attempt%relation
       attempt%relation = relate(problem, run%last%state, attempt%trial%state, run%last%tangent, attempt%trial%tangent, run%fresh)
       attempt%off_path = .not. same_path(attempt%relation)
-      ! With contact spans a corner of the path is a located contact change, and the path tangent is that behind the change.
+      ! A corner inside the increment is sought only for contact at nodes. A change of contact spans is located, and the next
+      ! increment starts behind it.
       if (attempt%off_path .and. .not. problem%has_spans()) then
          call find_corner_ahead(problem, run, attempt%trial, attempt%corner)
          attempt%off_path = .not. (around_corner(before, attempt) .or. is_too_near(problem, step, run, attempt%corner))

@@ -240,8 +240,8 @@ contains
 
    contains
 
-      !> Searches for the zero of h near a predicted position. A zero at a larger distance belongs to another limit point or lies
-      !> behind the last limit point of the curve.
+      !> Searches near a predicted position for the zero of h, the load rate (module header). A zero farther from the prediction
+      !> belongs to another limit point, or to the part of the curve that is known already.
       subroutine search_near(at, normal)
          real(wp), intent(inout) :: at(2)
          real(wp), intent(in) :: normal(2)

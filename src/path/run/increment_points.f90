@@ -25,10 +25,10 @@ module increment_points
 
 contains
 
-   !> Chooses the constraint for points inside an increment. Increments of load and displacement control are measured by the
-   !> controlled quantity. An arc-length increment is divided by the load if the load changes monotonically: planes of equal load
-   !> are not affected by rounding transverse to the path, which is large in structures that hardly move before they buckle.
-   !> Otherwise the increment is divided by planes normal to the chord.
+   !> Chooses the constraint for points inside an increment. Under load or displacement control it is the controlled quantity.
+   !> Inside an arc-length increment the load factor is prescribed if it changes monotonically: such points are not affected by
+   !> rounding transverse to the path, which is large in structures that hardly move before they buckle. Otherwise the points lie in
+   !> planes normal to the chord of the increment.
    type(increment_measure_t) function new_measure(problem, run, trial, steady_load) result(measure)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -114,7 +114,8 @@ contains
       fraction = min(max(metric(problem, measure%chord, chord_between(problem, run%last%state, place)) / &
          & measure%length**2, 0.0_wp), 1.0_wp)
    end function chord_fraction
-   !> Fraction of an increment at a state inside it: of the load change if the load divides the increment, else along the chord.
+   !> Fraction of an increment at a state inside it: of its load change if new_measure chose the load, else of its chord, onto which
+   !> the state is projected.
    pure real(wp) function part_of_increment(problem, run, trial, measure, place) result(fraction)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
