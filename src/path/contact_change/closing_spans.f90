@@ -1,7 +1,7 @@
 !> Closing of free spans: the gap of a free span vanishes all along, or its length becomes zero. At this point a point contact
 !> beside the span is in neutral equilibrium along the rod, so that no increment with the present set may converge near it. The sets
 !> without the span are regular; of those whose tests are satisfied just beyond, the path passes to the one that begins first, at
-!> its onset.
+!> its onset. A change on the increment comes before an onset beyond it.
 module closing_spans
    use kinds, only: wp
    use model, only: step_t, method_load
@@ -12,12 +12,12 @@ module closing_spans
    use rod_strips, only: find_strips
    use path_record, only: recorder_t
    use contact_change_types, only: step_interval_t
-   use reachability, only: reach_of, turns
-   use step_control, only: too_short
+   use reachability, only: turns
+   use step_control, only: too_short, largest_growth
    use trial_request, only: request_t
    use other_set, only: other_set_t, tests_of
    use set_validity, only: step_ahead
-   use tried_sets, only: new_change_place
+   use tried_sets, only: next_set_t, new_change_place
    use contact_trials, only: try_sets
    use entering_contact_set, only: passes_value
    use continuing_with_set, only: begin_set
@@ -32,8 +32,8 @@ module closing_spans
 
 contains
 
-   !> Tests of free spans that have closed on an increment or, if another test fails or no increment converges, that close just
-   !> ahead.
+   !> Tests of free spans that have closed on an increment or, if another test fails or no increment converges, that seem to close
+   !> ahead: within the longest next increment if their gaps fall as on this one.
    function about_to_close(problem, interval, fails) result(closing)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(in) :: interval
@@ -45,7 +45,7 @@ contains
          associate (before => interval%before(k), after => interval%after(k))
             near(k) = after%kind == test_vanishing
             if (near(k)) near(k) = (is_gone(problem, after) .and. is_shorter(interval, k)) .or. ((interval%stuck .or. fails) &
-               & .and. after%value <= reach_of(interval) * (before%value - after%value))
+               & .and. after%value <= largest_growth * (before%value - after%value))
          end associate
       end do
       closing = pack(interval%after, near)
@@ -66,33 +66,55 @@ contains
       !! found, or it does not begin yet
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
-      type(other_set_t) :: first, next
-      logical :: found, begins, too_far, can_cut
+      type(next_set_t) :: next
+      logical :: begins, too_far, can_cut
       finished = .false.
       can_cut = .not. interval%stuck .and. .not. too_short(step, run%control, 0.5_wp)
       if (can_cut .and. turns(run, interval)) then
          call request%locate_nearer(step, run%control, closing(1))
          return
       end if
-      call try_sets(step, run, new_change_place(problem, step, run, point, closing=closed_or_all(problem, closing)), first, next, &
-         & found)
-      if (.not. found) return
+      call try_sets(step, run, new_change_place(problem, step, run, point, closing=closed_or_all(problem, closing)), next)
+      if (.not. next%found) return
       too_far = .false.
-      associate (onset => first%state%load_factor, end => interval%to%state%load_factor)
+      associate (first => next%first, onset => next%first%state%load_factor, end => interval%to%state%load_factor)
+         if (begins_beyond(onset)) return
          if (interval%stuck) then
             begins = .not. stays_valid(problem, run, onset)
          else
             begins = .not. passes_value(problem, step, run, first, .false.)
-            too_far = .not. begins .and. (onset - end) * (end - interval%from%load_factor) <= 0.0_wp
-            if (begins .and. can_cut) too_far = .not. all_begin(first)
+            too_far = .not. begins
+            if (begins .and. can_cut) too_far = .not. all_begin(next)
          end if
       end associate
       if (too_far) then
          call request%locate_nearer(step, run%control, closing(1))
       else if (begins) then
          request%set_changed = .true.
-         call begin_set(problem, step, run, first, next, recorder, finished, outcome)
+         call begin_set(problem, step, run, next, recorder, finished, outcome)
       end if
+
+   contains
+
+      !> True if an onset lies too far ahead of the increment. If the gaps of the spans are rounding, any onset will do, because the
+      !> equilibrium is the same with and without them. If they are within the error of the solution, or if no increment converges,
+      !> the onset must be within the reach of about_to_close. Otherwise a change on the increment comes first, and so does `point`
+      !> if it is a change located ahead of the increment; only the accuracy that the deck asks for is allowed for.
+      pure logical function begins_beyond(onset)
+         real(wp), intent(in) :: onset           !! load factor
+         real(wp) :: sense, reach
+         begins_beyond = .not. all(is_gone(problem, closing))
+         if (.not. begins_beyond) return
+         associate (from => interval%from%load_factor, end => interval%to%state%load_factor)
+            sense = sign(1.0_wp, end - from)
+            if (interval%stuck .or. all(abs(closing%value) <= test_slack(closing%kind))) then
+               reach = largest_growth * abs(end - from)
+            else
+               reach = max(0.0_wp, sense * (point%state%load_factor - end)) + min(step%asked, step%asked_of_path) * abs(onset)
+            end if
+            begins_beyond = sense * (onset - end) > reach
+         end associate
+      end function begins_beyond
    end subroutine close_spans
 
    !> Tests of those free spans whose gap is rounding; if there are none, all: spans that have closed are replaced by line contacts
@@ -105,17 +127,23 @@ contains
       if (size(first) == 0) first = closing
    end function closed_or_all
 
-   !> True if all contacts that a set without free spans gains begin at its onset: the pressure or force of each is zero there.
-   !> False also if the onset was not located at a zero of a test: the set may be valid only behind the closing of another span.
-   logical function all_begin(first)
-      type(other_set_t), intent(in) :: first          !! the set at its onset
-      type(span_test_t), allocatable :: tests(:)
-      all_begin = first%times == 1 .and. first%test > 0
-      if (all_begin .or. first%test == 0) return
-      tests = tests_of(first)
-      tests = pack(tests, any_of_forces(tests%kind) .and. tests%value <= well_below * test_slack(tests%kind))
-      all_begin = size(places_of_tests(first%problem, first%state, find_strips(first%problem%layout), tests, &
-         & first%system%force_scale)) >= first%times
+   !> True if all contacts that a set without free spans gains begin at its onset: the pressure or force of each is zero there, and
+   !> grows. (On a node inside a line contact no force may act at all.) False also if the onset was not located at a zero of a test:
+   !> the set may be valid only behind the closing of another span.
+   logical function all_begin(next)
+      type(next_set_t), intent(in) :: next            !! the set, its first equilibrium at its onset
+      type(span_test_t), allocatable :: tests(:), later(:)
+      associate (first => next%first)
+         all_begin = first%times == 1 .and. first%test > 0
+         if (all_begin .or. first%test == 0) return
+         tests = tests_of(first)
+         later = tests_of(next%onward)
+         if (size(later) /= size(tests)) return
+         tests = pack(tests, any_of_forces(tests%kind) .and. tests%value <= well_below * test_slack(tests%kind) .and. &
+            & later%value > tests%value)
+         all_begin = size(places_of_tests(first%problem, first%state, find_strips(first%problem%layout), tests, &
+            & first%system%force_scale)) >= first%times
+      end associate
 
    contains
 
@@ -158,7 +186,7 @@ contains
    end function is_shorter
 
    !> True if a free span has closed: its gap is zero everywhere within rounding, or its length is below the least length.
-   pure logical function is_gone(problem, test) result(gone)
+   pure elemental logical function is_gone(problem, test) result(gone)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: test      !! test of the free span
       gone = abs(test%value) * problem%size <= rounding_gap(problem) .or. &

@@ -8,7 +8,7 @@ module continuing_with_set
    use test_kinds, only: span_test_t, any_fails, is_length, test_length, test_pressure
    use other_set, only: other_set_t, copy_other_set, go_to_load, tests_of
    use vanished_length, only: find_vanished
-   use tried_sets, only: new_change_place
+   use tried_sets, only: next_set_t, new_change_place
    use contact_trials, only: try_sets
    use rod_strips, only: same_kind
    use known_path, only: lies_before_change
@@ -42,24 +42,25 @@ contains
       logical, intent(out) :: changed            !! false: no other set was found
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
-      type(other_set_t) :: first, next
+      type(next_set_t) :: next
       logical :: passes
       finished = .false.
-      call try_sets(step, run, new_change_place(problem, step, run, run%last), first, next, changed)
-      if (changed) changed = .not. lies_before_change(run, next%problem, next%state)
+      call try_sets(step, run, new_change_place(problem, step, run, run%last), next)
+      changed = next%found
+      if (changed) changed = .not. lies_before_change(run, next%onward%problem, next%onward%state)
       if (changed) then
-         call leave_recorded(problem, run, first)
-         call begin_set(problem, step, run, first, next, recorder, finished, outcome)
+         call leave_recorded(problem, run, next%first)
+         call begin_set(problem, step, run, next, recorder, finished, outcome)
       else
-         call find_set_at_nodes(problem, run, reach, next, changed)
-         if (changed) changed = .not. lies_before_change(run, next%problem, next%state)
+         call find_set_at_nodes(problem, run, reach, next%first, changed)
+         if (changed) changed = .not. lies_before_change(run, next%first%problem, next%first%state)
          if (.not. changed) return
          ! A value that the deck asks for has no equilibrium with a set that is valid only behind it.
-         call come_before_values(problem, step, run, .false., next, passes)
+         call come_before_values(problem, step, run, .false., next%first, passes)
          changed = .not. passes
          if (passes) return
-         call leave_recorded(problem, run, next)
-         call go_to_next(problem, step, run, next, recorder, finished, outcome)
+         call leave_recorded(problem, run, next%first)
+         call go_to_next(problem, step, run, next%first, recorder, finished, outcome)
       end if
       if (.not. (finished .or. allocated(outcome%why))) call check_return(problem, step, run, outcome)
    end subroutine find_other_set
@@ -86,13 +87,12 @@ contains
    !> that the deck asks for lies on the way. Where the path leads to it from an equilibrium nearer to the change, the path goes on
    !> from the nearer one instead, and the other one is the next trial: events between both are then located like those on any
    !> increment.
-   subroutine begin_located(problem, step, run, test, first, next, recorder, request, finished, outcome)
+   subroutine begin_located(problem, step, run, test, next, recorder, request, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(span_test_t), intent(in) :: test      !! the test that is zero there
-      type(other_set_t), intent(in) :: first          !! equilibrium of the set nearest to the change, see try_sets
-      type(other_set_t), intent(inout) :: next        !! equilibrium from which increments can go on; may be the same
+      type(next_set_t), intent(inout) :: next    !! the set, found at the change
       class(recorder_t), intent(inout) :: recorder
       type(request_t), intent(inout) :: request  !! receives the next trial, if there is one
       logical, intent(out) :: finished
@@ -101,14 +101,14 @@ contains
       integer :: pivots
       finished = .false.
       pivots = run%last%test_values%negative_pivots
-      call begin_nearer(problem, step, run, first, next, request, leads)
+      call begin_nearer(problem, step, run, next%first, next%onward, request, leads)
       if (.not. leads) then
-         call come_before_values(problem, step, run, test%kind == test_pressure, next, passes)
+         call come_before_values(problem, step, run, test%kind == test_pressure, next%onward, passes)
          if (passes) then
-            call go_to_next(problem, step, run, next, recorder, finished, outcome)
+            call go_to_next(problem, step, run, next%onward, recorder, finished, outcome)
             return
          end if
-         call replace_set(problem, run, next)
+         call replace_set(problem, run, next%onward)
       end if
       ! Where a line contact has become a point contact, a free span beside it may be in neutral equilibrium, so that its pivot has
       ! no certain sign; the pivot count with the line contact is kept.
@@ -119,28 +119,28 @@ contains
    !> Moves the run to the nearest equilibrium of a set, on the mesh of another equilibrium of this set, if the path leads from one
    !> to the other. Otherwise nothing changes: a contact or free span may begin to grow with a power of the load, and the path then
    !> turns too fast for an increment.
-   subroutine begin_nearer(problem, step, run, first, next, request, leads)
+   subroutine begin_nearer(problem, step, run, first, onward, request, leads)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      type(other_set_t), intent(in) :: first, next    !! the nearest equilibrium and the other one
+      type(other_set_t), intent(in) :: first, onward !! the nearest equilibrium and the other one
       type(request_t), intent(inout) :: request  !! receives the other one as the next trial
       logical, intent(out) :: leads
       type(problem_t) :: on
       type(path_state_t) :: there
-      leads = abs(next%state%load_factor - first%state%load_factor) > 0.0_wp
+      leads = abs(onward%state%load_factor - first%state%load_factor) > 0.0_wp
       if (leads) leads = .not. passes_value(problem, step, run, first, .true.)
       if (.not. leads) return
       call copy_problem(problem, on)
       call copy_path_state(run, there)
       call replace_set(on, there, first)
-      call transfer_and_solve(next%problem, on, there, leads)
+      call transfer_and_solve(onward%problem, on, there, leads)
       if (leads) leads = .not. any_fails(span_tests_at(on, there%last))
-      if (leads) leads = same_path(relate(on, there%last%state, next%state, there%last%tangent, next%tangent, .false.))
+      if (leads) leads = same_path(relate(on, there%last%state, onward%state, there%last%tangent, onward%tangent, .false.))
       if (.not. leads) return
       call copy_problem(on, problem)
       call copy_path_state(there, run)
-      request%ahead = next%path_point_t
+      request%ahead = onward%path_point_t
    end subroutine begin_nearer
 
    !> Moves the first equilibrium of a set towards the run's point until no value that the deck asks for lies between them.
@@ -168,19 +168,18 @@ contains
 
    !> Continues with a set found by trials: to its first equilibrium, and from there to a later one at which all its tests are
    !> satisfied on other meshes, too. If the set begins where a length vanishes, its first equilibrium has no such length.
-   subroutine begin_set(problem, step, run, first, next, recorder, finished, outcome)
+   subroutine begin_set(problem, step, run, next, recorder, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      type(other_set_t), intent(inout) :: first, next  !! first equilibrium of the set and a later one at which all its tests are
-      !! satisfied, see try_sets
+      type(next_set_t), intent(inout) :: next    !! the set, with its onset
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
-      call complete_onset(step, run, first)
-      call go_to_next(problem, step, run, first, recorder, finished, outcome)
+      call complete_onset(step, run, next%first)
+      call go_to_next(problem, step, run, next%first, recorder, finished, outcome)
       if (finished .or. allocated(outcome%why)) return
-      call go_to_next(problem, step, run, next, recorder, finished, outcome)
+      call go_to_next(problem, step, run, next%onward, recorder, finished, outcome)
    end subroutine begin_set
 
    !> Moves a set at its onset to the exact place if a length vanishes there. If this place is not found, the onset counts as known

@@ -4,12 +4,14 @@ module entering_contact_set
    use model, only: step_t
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
-   use other_set, only: other_set_t, on_next_mesh, is_there
+   use other_set, only: other_set_t, copy_other_set, on_next_mesh, is_there
+   use test_zero, only: find_test_zero, quantity_t
+   use test_kinds, only: span_test_t
    use path_events, only: event_t, new_test_values, detect_events, value_events
    use path_point, only: evaluate_tests
    use trial_request, only: request_t
    use mesh_transfer, only: refine_point
-   use path_state, only: path_state_t, copy_path_state, path_tangent_of, forget_mesh
+   use path_state, only: path_state_t, copy_path_state, path_tangent_of, forget_mesh, difference_load
    use settle_findings, only: arrival_t
    use path_acceptance, only: accept
    use error_report, only: bars_at_point, tolerance_at
@@ -18,6 +20,13 @@ module entering_contact_set
    implicit none
    private
    public :: go_to_next, replace_set, passes_value
+
+   !> The test that is zero at the onset of a set.
+   type, extends(quantity_t) :: onset_quantity_t
+      integer :: test = 0                        !! index of the test
+   contains
+      procedure :: evaluate
+   end type onset_quantity_t
 
 contains
 
@@ -69,8 +78,9 @@ contains
          if (allocated(request%density)) call refine_point(problem, run, next%path_point_t, request%density, done)
          if (done) then
             call copy_problem(problem, next%problem)
+            call locate_onset(step, run, next)
          else
-            ! No other mesh has an equilibrium: the present one is accepted.
+            ! No finer mesh is required, or none has an equilibrium: the point is accepted on the present mesh.
             arrival%tries = huge(arrival%tries) - 1
          end if
       end do
@@ -78,6 +88,35 @@ contains
       ! The path up to this point belongs to another set; its mesh records are discarded.
       call forget_mesh(run)
    end subroutine go_to_next
+
+   !> Moves a set that is at its onset to its onset on a new mesh, where the test that is zero there is not zero at the same load.
+   subroutine locate_onset(step, run, next)
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(in) :: run
+      type(other_set_t), intent(inout) :: next   !! unchanged if the onset is not found
+      type(other_set_t) :: there
+      type(span_test_t), allocatable :: tests(:)
+      logical :: found
+      if (next%test == 0) return
+      call copy_other_set(next, there)
+      call find_test_zero(there, onset_quantity_t(next%test), difference_load(run), step%locate_tolerance, found, tests)
+      if (.not. found) return
+      there%span_tests = tests
+      call evaluate_tests(there%problem, there%path_point_t)
+      call copy_other_set(there, next)
+   end subroutine locate_onset
+
+   !> Value of a test of the set.
+   subroutine evaluate(self, set, tests, value, found)
+      class(onset_quantity_t), intent(in) :: self
+      type(other_set_t), intent(in) :: set
+      type(span_test_t), intent(in) :: tests(:)
+      real(wp), intent(out) :: value
+      logical, intent(out) :: found
+      found = size(tests) >= self%test .and. set%test == self%test
+      value = 0.0_wp
+      if (found) value = tests(self%test)%value
+   end subroutine evaluate
 
    !> True if the place of the change to another set is known: a test of this set is zero there, or its equilibrium has the load
    !> factor of the run's point, up to the largest error bar that the deck allows. Otherwise the change, and perhaps others, lie

@@ -33,7 +33,7 @@ module span_changes
    use vanished_length, only: find_vanished
    use contact_trials, only: try_sets
    use contact_ways, only: other_ways
-   use tried_sets, only: change_place_t, tried_set_t, new_change_place
+   use tried_sets, only: change_place_t, tried_set_t, next_set_t, new_change_place
    use event_recording, only: new_critical, announce
    use critical_points, only: critical_point_t
    use path_point, only: path_point_t, evaluate_span_tests
@@ -95,8 +95,8 @@ contains
             if (asked) return
          end if
          closing = about_to_close(problem, interval, .false.)
-         if (size(closing) > 0) call close_spans(problem, step, run, interval%to, interval, closing, recorder, request, finished, &
-            & outcome)
+         if (size(closing) > 0) call close_spans(problem, step, run, interval%to, interval, closing, recorder, request, &
+            & finished, outcome)
       end if
       if (.not. request%set_changed) return
       run%since_change%at = run%arc_length
@@ -138,10 +138,11 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(change_place_t) :: here
       type(span_test_t), allocatable :: closing(:)    ! tests of free spans that close
-      type(other_set_t) :: first, next, without
+      type(next_set_t) :: next
+      type(other_set_t) :: without                    ! the set without a length that vanishes at the change, at its exact place
       type(tried_set_t), allocatable :: way(:)        ! other sets with which the path may go on
       type(state_t), allocatable :: beyond            ! equilibrium of the present set beyond the change, if there is one
-      logical :: found, vanishes, asked
+      logical :: vanishes, asked
       finished = .false.
       if (change%too_coarse) then
          call request_resolving_mesh(problem, run, tries, request, asked)
@@ -151,16 +152,16 @@ contains
       if (change%label == '  ') then
          ! Where a free span vanishes other tests fail because of it.
          closing = [pack(change%zero, change%zero%kind == test_vanishing), about_to_close(problem, interval, .true.)]
-         if (size(closing) > 0) call close_spans(problem, step, run, change%point, interval, closing, recorder, request, finished, &
-            & outcome)
+         if (size(closing) > 0) call close_spans(problem, step, run, change%point, interval, closing, recorder, request, &
+            & finished, outcome)
          if (request%set_changed .or. request%shorter) return
       end if
       if (.not. (interval%stuck .or. change%where == place_ahead)) beyond = interval%to%state
       here = new_change_place(problem, step, run, change%point, change%zero, beyond)
-      call try_sets(step, run, here, first, next, found)
-      if (found .and. change%label == '  ') then
-         change%label = first%label
-         change%divides = first%divides
+      call try_sets(step, run, here, next)
+      if (next%found .and. change%label == '  ') then
+         change%label = next%first%label
+         change%divides = next%first%divides
       end if
       vanishes = is_length(change%tests(change%which)%kind) .and. change%label /= '  '
       if (vanishes) call find_vanished(problem, change%point%state, change%tests(change%which), difference_load(run), &
@@ -174,17 +175,17 @@ contains
       end if
       ! The other ways are sought at the change itself, without the equilibrium beyond it.
       if (allocated(here%beyond)) deallocate (here%beyond)
-      if (found) call other_ways(step, run, here, first, way)
+      if (next%found) call other_ways(step, run, here, next%first, way)
       call record_change(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
       if (.not. request%set_changed .or. finished .or. allocated(outcome%why)) return
-      if (found) call keep_other_ways(problem, run, change, way, recorder, outcome)
+      if (next%found) call keep_other_ways(problem, run, change, way, recorder, outcome)
       if (allocated(outcome%why)) return
       if (vanishes) then
          call go_to_next(problem, step, run, without, recorder, finished, outcome)
          if (finished .or. allocated(outcome%why)) return
       end if
-      if (found) then
-         call begin_located(problem, step, run, change%tests(change%which), first, next, recorder, request, finished, outcome)
+      if (next%found) then
+         call begin_located(problem, step, run, change%tests(change%which), next, recorder, request, finished, outcome)
       else
          request%no_set = no_set_at(problem, change)
       end if

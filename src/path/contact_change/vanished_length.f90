@@ -13,13 +13,21 @@ module vanished_length
    use contact_set_edits, only: end_moved, shrunk
    use span_candidates, only: present_contact_spans
    use test_kinds, only: span_test_t, test_couple, test_force, test_curvature, test_slope, test_length
-   use other_set, only: other_set_t, new_other_set, go_to_load, tests_of
+   use other_set, only: other_set_t, new_other_set
+   use test_zero, only: find_test_zero, quantity_t
    implicit none
    private
    public :: find_vanished
 
-   integer, parameter :: most_loads = 8 !! loads of the secant method, whose order 1.6 leads from one digit to twelve in six. Four
-   !! do not suffice for two runs of the tests, 16 change none
+   !> Force, couple, curvature or slope at the node where the length has vanished.
+   type, extends(quantity_t) :: vanished_t
+      integer :: candidate = 0                   !! candidate at the boundary or support; 0: none
+      logical :: at_support = .false.            !! contact beside a support on the obstacle is lost
+      logical :: meets = .false.                 !! two line contacts meet at the boundary
+   contains
+      procedure :: evaluate
+      procedure :: number_of
+   end type vanished_t
 
 contains
 
@@ -32,65 +40,54 @@ contains
       real(wp), intent(in) :: tolerance          !! largest last step of the load factor / load factor
       type(other_set_t), intent(out) :: next          !! the set without the length; its test is the one that is zero
       logical, intent(out) :: found              !! false: no such length, or no such equilibrium
+      type(vanished_t) :: vanished
       type(span_test_t), allocatable :: tests(:)
-      real(wp) :: load(2), value(2)
-      integer :: c, try
-      logical :: meets, at_support               ! as in set_without
-      at_support = test%kind == test_length
-      call set_without(problem, state, test, next, c, meets)
-      found = c > 0
+      vanished%at_support = test%kind == test_length
+      call set_without(problem, state, test, next, vanished%candidate, vanished%meets)
+      found = vanished%candidate > 0
+      if (found) call find_test_zero(next, vanished, step, tolerance, found, tests)
+      if (found) next%test = vanished%number_of(next, tests)
+   end subroutine find_vanished
+
+   !> Computes the quantity that is zero at the change.
+   subroutine evaluate(self, set, tests, value, found)
+      class(vanished_t), intent(in) :: self
+      type(other_set_t), intent(in) :: set
+      type(span_test_t), intent(in) :: tests(:)
+      real(wp), intent(out) :: value
+      logical, intent(out) :: found
+      integer :: number
+      value = 0.0_wp
+      number = self%number_of(set, tests)
+      found = number > 0
       if (.not. found) return
-      load(1) = state%load_factor
-      call evaluate_at(load(1), value(1))
-      load(2) = load(1) + step
-      do try = 1, most_loads
-         if (found) call evaluate_at(load(2), value(2))
-         if (found) found = abs(value(2) - value(1)) > 0.0_wp
-         if (.not. found) return
-         if (try > 1 .and. abs(load(2) - load(1)) <= tolerance * abs(load(2))) exit
-         load = [load(2), load(2) - value(2) * (load(2) - load(1)) / (value(2) - value(1))]
-         value(1) = value(2)
-      end do
-      found = try <= most_loads
-      if (.not. found) return
-      tests = tests_of(next)
-      next%test = number_of(tests)
+      value = tests(number)%value
+      if (tests(number)%kind == test_couple) value = breakpoint_couple(set%problem, set%state, self%candidate)
+   end subroutine evaluate
+
+   !> Number of the test that is zero at the change: of several at the support, the one nearest to zero.
+   integer function number_of(self, set, tests) result(number)
+      class(vanished_t), intent(in) :: self
+      type(other_set_t), intent(in) :: set
+      type(span_test_t), intent(in) :: tests(:)
+      logical :: mine(size(tests))
+      mine = tests%candidate == self%candidate
+      if (self%at_support) then
+         mine = mine .and. (tests%kind == test_curvature .or. tests%kind == test_slope)
+      else
+         mine = mine .and. tests%kind == merge(test_force, test_couple, lifted_by_force())
+      end if
+      number = minloc(abs(tests%value), 1, mask=mine)
 
    contains
 
-      !> Computes the quantity that is zero at the change, at a load factor.
-      subroutine evaluate_at(load, value)
-         real(wp), intent(in) :: load
-         real(wp), intent(out) :: value
-         call go_to_load(next, load, tests)
-         value = 0.0_wp
-         found = allocated(tests)
-         if (found) found = number_of(tests) > 0
-         if (.not. found) return
-         value = tests(number_of(tests))%value
-         if (tests(number_of(tests))%kind == test_couple) value = breakpoint_couple(next%problem, next%state, c)
-      end subroutine evaluate_at
-
-      !> Number of the test that is zero at the change: of several at the support, the one nearest to zero.
-      integer function number_of(tests) result(number)
-         type(span_test_t), intent(in) :: tests(:)
-         logical :: mine(size(tests))
-         mine = tests%candidate == c
-         if (at_support) then
-            mine = mine .and. (tests%kind == test_curvature .or. tests%kind == test_slope)
-         else
-            mine = mine .and. tests%kind == merge(test_force, test_couple, lifted_by_force())
-         end if
-         number = minloc(abs(tests%value), 1, mask=mine)
-      end function number_of
-
       !> True if two line contacts meet and no couple acts at the boundary.
       logical function lifted_by_force()
-         lifted_by_force = meets
-         if (meets) lifted_by_force = abs(breakpoint_couple(next%problem, next%state, c)) <= left_over(next%problem) * &
-            & abs(breakpoint_force(next%problem, next%state, c)) * next%problem%size
+         lifted_by_force = self%meets
+         if (lifted_by_force) lifted_by_force = abs(breakpoint_couple(set%problem, set%state, self%candidate)) <= &
+            & left_over(set%problem) * abs(breakpoint_force(set%problem, set%state, self%candidate)) * set%problem%size
       end function lifted_by_force
-   end subroutine find_vanished
+   end function number_of
 
    !> Makes the contact set without the length.
    subroutine set_without(problem, state, test, next, c, meets)

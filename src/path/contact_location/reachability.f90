@@ -10,23 +10,11 @@ module reachability
    use path_continuity, only: path_tangent_t, relate, same_path, stands_still
    use path_point, only: path_point_t
    use path_state, only: path_state_t, path_tangent_of
-   use step_control, only: largest_growth
    implicit none
    private
-   public :: within_reach, reach_of, turns, leads_to, leads_to_next, arrival
-
-   real(wp), parameter :: within_reach = 20.0_wp !! increments over which a test may be extrapolated if no increment converges: ten
-   !! times as far as otherwise, because increments before such a place are short. With values from 10 to 40 none of 146 decks of
-   !! the tests changes
+   public :: turns, leads_to, leads_to_next, arrival
 
 contains
-
-   !> Distance beyond the end of an increment at which a zero is still looked for, in lengths of the increment: those of the longest
-   !> next increment.
-   pure real(wp) function reach_of(interval) result(reach)
-      type(step_interval_t), intent(in) :: interval
-      reach = merge(within_reach, largest_growth, interval%stuck)
-   end function reach_of
 
    !> True if the load passes a limit point on an increment. A change of contact that is located with the load or the curvature
    !> prescribed may then lie behind this limit point, which would not be recorded.

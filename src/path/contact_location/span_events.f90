@@ -10,7 +10,8 @@ module span_events
    use span_tests, only: gaps_as_low
    use simultaneous_tests, only: zero_tests
    use beginning_place, only: complete_beginning
-   use reachability, only: turns, reach_of
+   use step_control, only: largest_growth
+   use reachability, only: turns
    use path_state, only: path_state_t
    implicit none
    private
@@ -79,7 +80,7 @@ contains
             ! Beside a closed span the place of a point contact is undetermined.
             if (any(interval%after%kind == test_vanishing .and. interval%after%value * problem%size <= rounding_gap(problem) .and. &
                & (interval%after%beside(1) == after%contact_span .or. interval%after%beside(2) == after%contact_span))) cycle
-            if (after%value <= 0.0_wp .or. after%value > reach_of(interval) * (before%value - after%value)) cycle
+            if (after%value <= 0.0_wp .or. after%value > largest_growth * (before%value - after%value)) cycle
          end associate
          change%which = k
          call locate_osculation(problem, run, interval, change, found)

@@ -12,7 +12,8 @@ module span_location
       & place_ahead
    use osculating_contacts, only: find_osculating_contact
    use tangent_step, only: states_along
-   use reachability, only: turns, leads_to, arrival, reach_of
+   use step_control, only: largest_growth
+   use reachability, only: turns, leads_to, arrival
    use path_control, only: path_length
    use path_point, only: path_point_t, point_at
    use path_state, only: path_state_t
@@ -121,7 +122,7 @@ contains
          if (.not. found) return
          if (after > 0.0_wp) then
             ! The curvature is small enough to vanish within reach: a place farther on is behind other changes.
-            found = path_length(problem, interval%to%state, place) <= reach_of(interval) * path_length(problem, run%last%state, &
+            found = path_length(problem, interval%to%state, place) <= largest_growth * path_length(problem, run%last%state, &
                & interval%to%state) .and. leads_to(problem, interval%to%state, interval%to%tangent, .false., place)
          else
             found = path_length(problem, run%last%state, place) <= path_length(problem, run%last%state, interval%to%state) .and. &

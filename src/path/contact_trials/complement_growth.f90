@@ -28,7 +28,7 @@ contains
       type(contact_span_t), allocatable :: before(:)
       integer :: k, number                    ! number of the contact span at a place, 0: the gap is open there
       grows = .true.
-      if (.not. here%at_change .or. trial%edits > 1) return
+      if (.not. here%at_change() .or. trial%edits > 1) return
       before = present_contact_spans(here%problem, here%state)
       do k = 1, size(here%zero)
          associate (zero => here%zero(k))

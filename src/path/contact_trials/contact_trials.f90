@@ -21,7 +21,7 @@ module contact_trials
    use neighbours, only: edit_place_t, neighbour_t, neighbours_at, edit_merge, may_close_span, no_test
    use edit_places, only: places_of_tests, places_of_contacts
    use set_trial, only: solve_neighbour
-   use tried_sets, only: change_place_t, tried_set_t, copy_trial, append
+   use tried_sets, only: change_place_t, tried_set_t, next_set_t, copy_trial, append, before_closing, no_increment
    use set_validity, only: moves_little, verify, load_changes, is_far_enough, step_ahead
    use step_off, only: step_by, failing, tangent_along
    implicit none
@@ -42,17 +42,12 @@ module contact_trials
 
 contains
 
-   !> Finds the contact set with which the path continues, and the first equilibrium of this set. At a located change the first set
-   !> that is valid is taken; where free spans are about to vanish, the first one without them, at its onset.
-   subroutine try_sets(step, run, here, first, next, found)
+   !> Finds the contact set with which the path continues.
+   subroutine try_sets(step, run, here, next)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here    !! the present set, at the place from which another one is sought
-      type(other_set_t), intent(out) :: first     !! the set at its first equilibrium, labelled as a change of contact. At a
-      !! located change all its tests are satisfied there; else it is the set's onset
-      type(other_set_t), intent(out) :: next      !! the same set at a point further on, where all its tests are satisfied and
-      !! from which increments can go on; without label
-      logical, intent(out) :: found
+      type(next_set_t), intent(out) :: next
       type(edit_place_t), allocatable :: edit_place(:)
       type(tried_set_t), allocatable :: valid(:)
       type(tried_set_t) :: trial                  ! the set found
@@ -62,27 +57,29 @@ contains
       do best = 1, size(valid)
          call label(here, valid(best))
       end do
-      found = size(valid) > 0
-      if (.not. found) return
+      next%found = size(valid) > 0
+      if (.not. next%found) return
       best = 1
-      if (here%vanishes) then
+      if (here%situation == before_closing) then
          best = first_to_begin(run%last%state%load_factor, valid)
       else if (decided(here, valid)) then
          best = size(valid)
       end if
       call copy_trial(valid(best), trial)
-      call copy_other_set(trial%set, first)
-      if (here%at_change) then
-         call pass_zeros(trial, first)
-         call enlarge(step, run, here, edit_place, trial)
-         call copy_other_set(trial%set, next)
-         next%problem%contact_span%number = first%problem%contact_span%number
-         call pass_zeros(trial, next)
-      else
-         call copy_other_set(trial%set, next)
-         next%path_point_t = trial%there
-      end if
-      next%label = '  '
+      associate (first => next%first, onward => next%onward)
+         call copy_other_set(trial%set, first)
+         if (here%at_change()) then
+            call pass_zeros(trial, first)
+            call enlarge(step, run, here, edit_place, trial)
+            call copy_other_set(trial%set, onward)
+            onward%problem%contact_span%number = first%problem%contact_span%number
+            call pass_zeros(trial, onward)
+         else
+            call copy_other_set(trial%set, onward)
+            onward%path_point_t = trial%there
+         end if
+         onward%label = '  '
+      end associate
 
    contains
 
@@ -129,7 +126,7 @@ contains
       integer :: k
       logical :: farther
       near = 0.0_wp
-      if (here%vanishes) near = maxval([(width_of(here%closing(k)), k=1, size(here%closing))])
+      if (here%situation == before_closing) near = maxval([(width_of(here%closing(k)), k=1, size(here%closing))])
       near = nearby + first_length(trial%length) + near
       edited = trial%set%problem%contact_span
       farther = allocated(here%beyond)
@@ -185,13 +182,13 @@ contains
       type(span_test_t), allocatable :: tests(:)
       integer :: k
       associate (problem => here%problem, strip => here%strip, scale => here%system%force_scale)
-         if (here%at_change) then
+         if (here%at_change()) then
             edit_place = places_of_tests(problem, here%state, strip, here%zero, scale, here%beyond)
-         else if (here%vanishes) then
+         else if (here%situation == before_closing) then
             edit_place = places_of_tests(problem, here%state, strip, here%closing, scale)
          else
             edit_place = places_of_tests(problem, here%state, strip, failing(tests_of(here%other_set_t)), scale)
-            do k = 1, size(step_ahead) / 2
+            do k = 1, 2
                if (size(edit_place) > 0) return
                system = here%system
                call step_by(here%other_set_t, here%tangent, step_ahead(k), ahead, system, tests)
@@ -215,7 +212,7 @@ contains
       integer :: edits, k
       allocate (valid(0), from(1))
       call copy_other_set(here%other_set_t, from(1)%set)
-      do edits = 1, merge(1, most_edits, here%vanishes)
+      do edits = 1, merge(1, most_edits, here%situation == before_closing)
          allocate (failed(0))
          do k = 1, size(from)
             if (edits == 1) call edit(step, run, here, from(k), edit_place, length, valid, failed)
@@ -247,13 +244,13 @@ contains
          neighbour = neighbours_together(here%strip, on_strips(here%strip, present_contact_spans(from%set%problem, &
             & from%set%state)), edit_place, d, length)
          do k = 1, size(neighbour)
-            if (here%vanishes .and. .not. may_close_span(neighbour(k)%edit)) cycle
+            if (here%situation == before_closing .and. .not. may_close_span(neighbour(k)%edit)) cycle
             ! Where a free span vanishes, a length is prescribed only if no set without it is valid.
-            if (here%vanishes .and. any(neighbour(k)%held > 0) .and. size(valid) > 0) cycle
+            if (here%situation == before_closing .and. any(neighbour(k)%held > 0) .and. size(valid) > 0) cycle
             call solve_neighbour(here, from, neighbour(k), trial, found)
             if (found) found = moves_little(here, trial%set) .and. .not. same_kind(here%problem%layout, here%problem%contact_span, &
                & trial%set%problem%contact_span)
-            if (found) found = .not. is_among(trial, valid)
+            if (found) found = .not. is_among(trial, valid, .true.)
             if (.not. found) cycle
             trial%sized = any(neighbour(k)%held > 0)
             trial%edits = from%edits + 1
@@ -264,33 +261,51 @@ contains
                call append(valid, trial)
                if (decided(here, valid)) return
             else if (allocated(trial%fails) .and. size(failed) < most_failed) then
-               if (.not. is_among(trial, failed)) call append(failed, trial)
+               if (.not. is_among(trial, failed, .false.)) call append(failed, trial)
             end if
          end do
       end do
    end subroutine edit
 
    !> True if a set is found with which the path goes on, so that no further one need be tried. Where a free span vanishes, the set
-   !> that begins first is not known before all are tried; where no change is located, the path turns back only if it cannot go on.
-   !> A set behind a limit point is taken only if no shorter length gives one before it.
+   !> that begins first is not known before all are tried; where no increment converges, the path turns back only if it cannot go
+   !> on. A set behind a limit point is taken only if no shorter length gives one before it.
    pure logical function decided(here, valid)
       type(change_place_t), intent(in) :: here
       type(tried_set_t), intent(in) :: valid(:)   !! the sets found so far
-      decided = size(valid) > 0 .and. .not. here%vanishes
-      if (decided) decided = .not. valid(size(valid))%passes_limit .and. (here%at_change .or. .not. valid(size(valid))%turns)
+      decided = size(valid) > 0 .and. here%situation /= before_closing
+      if (.not. decided) return
+      associate (last => valid(size(valid)))
+         decided = .not. (last%passes_limit .or. (last%turns .and. here%situation == no_increment))
+      end associate
    end function decided
 
-   !> True if a set of the same kind is in a list, with an equilibrium that is not behind a limit point.
-   logical function is_among(trial, list)
+   !> True if a set of the same kind is in a list, with an equilibrium that is not behind a limit point. Sets of the same kind may
+   !> still differ: which of two contacts has ended, or which of two free spans has closed, is shown by the numbers that the edits
+   !> leave to contacts.
+   logical function is_among(trial, list, with_numbers)
       type(tried_set_t), intent(in) :: trial
       type(tried_set_t), intent(in) :: list(:)
+      logical, intent(in) :: with_numbers         !! true: sets of the same kind whose contacts have other numbers do not count
+      logical :: same
       integer :: k
       is_among = .false.
       do k = 1, size(list)
-         is_among = is_among .or. (same_kind(trial%set%problem%layout, list(k)%set%problem%contact_span, &
-            & trial%set%problem%contact_span) .and. .not. list(k)%passes_limit)
+         associate (one => trial%set%problem%contact_span, other => list(k)%set%problem%contact_span)
+            same = same_kind(trial%set%problem%layout, one, other) .and. .not. list(k)%passes_limit
+            if (with_numbers) same = same .and. same_numbers(one, other)
+            is_among = is_among .or. same
+         end associate
       end do
    end function is_among
+
+   !> True if every contact of one set has the number of a contact of the other set, and the other way round.
+   pure logical function same_numbers(one, other) result(same)
+      type(contact_span_t), intent(in) :: one(:), other(:)
+      integer :: k
+      same = all([(any(other%number == one(k)%number), k=1, size(one))]) .and. all([(any(one%number == other(k)%number), &
+         & k=1, size(other))])
+   end function same_numbers
 
    !> Neighbours of a set at one of several places where its tests fail. If tests of the same kind fail at other places, for
    !> instance at mirror images, a neighbour with the same edit at all these places comes first; then those without the places whose

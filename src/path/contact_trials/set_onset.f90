@@ -3,7 +3,8 @@
 module set_onset
    use kinds, only: wp
    use model, only: step_t, method_load
-   use problem, only: problem_t, rounding_gap
+   use problem, only: rounding_gap
+   use tried_sets, only: change_place_t, before_closing
    use other_set, only: other_set_t, copy_other_set, go_to_load
    use test_kinds, only: span_test_t, any_fails, is_length
    use span_tests, only: least_length
@@ -30,11 +31,10 @@ module set_onset
 contains
 
    !> Moves a set from a point of its path back to its onset, which lies between the run's point and this point.
-   subroutine find_onset(step, problem, run, closed, next, ahead)
+   subroutine find_onset(step, here, run, next, ahead)
       type(step_t), intent(in) :: step
-      type(problem_t), intent(in) :: problem     !! problem with the present set
+      type(change_place_t), intent(in) :: here   !! with the present set
       type(path_state_t), intent(in) :: run      !! the last point at which the present set is known to be valid
-      logical, intent(in) :: closed              !! true: the set differs from the present one by free spans whose gap is rounding
       type(other_set_t), intent(inout) :: next  !! in: the set at a point where its tests are satisfied, with its path tangent;
       !! out: at its onset, its test the one that is zero there; at the nearest valid point if the zero is not located
       logical, intent(out) :: ahead              !! false: the set belongs to another path: it begins behind the run's point, or is
@@ -46,10 +46,16 @@ contains
       type(change_t) :: change
       type(other_set_t) :: known
       type(step_t) :: fine
+      logical :: closed                          ! the set differs from the present one by free spans whose gap is rounding
+      closed = here%situation == before_closing
+      if (closed) closed = all(abs(here%closing%value) * here%problem%size <= rounding_gap(here%problem))
       ahead = .not. valid_elsewhere()
       call copy_other_set(next, known)
       call go_back(run%last%state%load_factor, next, outside)
-      if (.not. allocated(outside%state%u)) return
+      if (.not. allocated(outside%state%u)) then
+         ahead = ahead .and. lies_ahead()
+         return
+      end if
       call copy_path_state(run, back)
       call forget_mesh(back)
       back%fresh = .false.
@@ -78,9 +84,14 @@ contains
       end if
       next%tangent = tangent_along(next, displacement_between(next%problem, next%state, known%state), &
          & known%state%load_factor - next%state%load_factor)
-      ahead = ahead .and. (next%state%load_factor - run%last%state%load_factor) * run%last%tangent%load >= 0.0_wp
+      ahead = ahead .and. lies_ahead()
 
    contains
+
+      !> True if the set is at a load that the path reaches behind the run's point.
+      pure logical function lies_ahead()
+         lies_ahead = (next%state%load_factor - run%last%state%load_factor) * run%last%tangent%load >= 0.0_wp
+      end function lies_ahead
 
       !> True if the set is valid at the load of the run's point, with another equilibrium. With and without a closed span the
       !> equilibrium is the same, up to the errors of the meshes of both sets: the accuracy that the deck asks for.
@@ -96,7 +107,7 @@ contains
          associate (on => there%problem, u => there%state%u)
             same = rounding_gap(on) * sqrt(sum(on%weight))
             if (closed) same = max(same, min(step%asked, step%asked_of_path) * sqrt(metric(on, u, u)))
-            elsewhere = path_length(on, carried(problem, run%last%state, on), there%state) > same
+            elsewhere = path_length(on, carried(here%problem, run%last%state, on), there%state) > same
          end associate
       end function valid_elsewhere
 

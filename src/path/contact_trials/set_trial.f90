@@ -21,7 +21,7 @@ module set_trial
    use rod_strips, only: strip_t, on_segments, strip_place, brought_near
    use beginning_contacts, only: release
    use neighbours, only: neighbour_t, edit_add
-   use tried_sets, only: change_place_t, tried_set_t
+   use tried_sets, only: change_place_t, tried_set_t, at_smooth_change
    implicit none
    private
    public :: solve_neighbour
@@ -63,7 +63,7 @@ contains
                next = new_other_set(problem, here%beyond, contact_span)
                call find_equilibrium(next, found)
             end if
-            if (found .and. first .and. here%at_change .and. neighbour%edit == edit_add) &
+            if (found .and. first .and. here%at_change() .and. neighbour%edit == edit_add) &
                & call release(next, here%spans_begun + 1, free)
          else
             ends = held_ends(next, here%strip, neighbour)
@@ -126,7 +126,7 @@ contains
       type(control_t) :: plane
       type(path_tangent_t) :: heading
       plane%method = method_load
-      if (.not. here%kink) then
+      if (here%situation == at_smooth_change) then
          heading%u = carried_field(here%problem, here%state, here%tangent%u, next%problem, next%state)
          heading%load = here%tangent%load
          plane = normal_plane(next%problem, next%state, heading)

@@ -1,25 +1,31 @@
-!> Verification of a contact set: whether the path continues with it. A set is valid if all its tests are satisfied at its
-!> equilibrium or a short step along its path (step_off), and if this path is the run's:
+!> Verification of a contact set: whether the path continues with it. A set is valid if all its tests are satisfied at its first
+!> equilibrium or a short step along its path (step_off), and if this path is the run's. What is checked depends on the situation in
+!> which the set is sought (tried_sets) and on whether the set has a new contact or free span of prescribed length (n):
 !>
-!>   moves_little        it displaces the rod by no more than a path can from the run's point     every set
-!>   on_path             within reach of the last increment, or in the path's direction           where no change is located
-!>   goes_on_smoothly    ahead, and no eigenvalue has changed its sign                             new lengths at a located change
-!>   gaps_are_open       free spans are open, new ones by more than rounding                       sets with a prescribed length
-!>   complement_grows    a contact that began is pressed, a gap that opened grows                  gap or force of a point is zero
-!>   contact_holds       contacts of nodes have the right sign                                     where no change is located
+!>   check              condition                                              kink  smooth  closing  no increment
+!>   moves_little       the rod moves no more than a path can                   x      x        x          x
+!>   goes_on_smoothly   it lies ahead, and no pivot has changed its sign        n      n
+!>   gaps_are_open      free spans are open, new ones by more than rounding     n      n        n          n
+!>   complement_grows   a contact that began is pressed, an open gap grows      x
+!>   on_path            within reach of the last increment, or ahead                            x          x
+!>   contact_holds      contacts of nodes have the right sign                                   x          x
+!>   onset              the set begins ahead of the point (set_onset)                           x       if it turns
+!>   senses tried       along the path and back                                 2      1        2          2 (n: 1)
 !>
-!> The path is smooth where a new contact or free span begins with zero length, so such a set continues in the sense in which the
-!> path arrives at the run's point, and its tests decide at its own equilibrium, because the change is behind it. Where a contact
-!> force, a gap, a couple or a free span vanishes the path has a kink, and both senses are tried: in the wrong one the tests fail.
-!> Where a gap closes in a stable structure the load goes on (the rate complementarity problem has one solution then). The distance
-!> of the step grows as long as the failing tests rise, because on another mesh a set may become valid a little later.
+!> A set with a new length is smooth: the path arrives at the change with the tangent with which it leaves it. The set therefore
+!> continues in the same sense, and its tests decide at its own equilibrium, behind the change. Where a contact force, a gap, a
+!> couple or a free span vanishes the path has a kink, and both senses are tried: in the wrong one the tests fail. If the structure
+!> is stable with an open gap, the load goes on when the gap closes, because the rate complementarity problem then has one solution;
+!> only this sense is tried.
+!>
+!> The step grows as long as the failing tests rise, because on another mesh a set may become valid a little later.
 module set_validity
    use kinds, only: wp
    use model, only: step_t
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t
    use neighbours, only: edit_part, edit_open, edit_end_off, edit_rise
-   use tried_sets, only: change_place_t, tried_set_t
+   use tried_sets, only: change_place_t, tried_set_t, at_smooth_change, before_closing
    use complement_growth, only: complement_grows
    use state_transfer, only: carried, carried_field
    use path_control, only: displacement_between, path_length
@@ -29,7 +35,7 @@ module set_validity
    use step_control, only: largest_growth, least_part
    use test_kinds, only: span_test_t, any_fails, test_slack, test_gap, test_force, test_pressure, test_vanishing, test_couple
    use other_set, only: other_set_t, copy_other_set, tests_of
-   use reachability, only: leads_to_next, within_reach
+   use reachability, only: leads_to_next
    use set_onset, only: find_onset
    use step_off, only: tangent_along, along, step_by, failing
    implicit none
@@ -41,7 +47,7 @@ module set_validity
    ! Displacement as a share of the structure's size:
    real(wp), parameter :: another = 3.0e-3_wp     !! an equilibrium farther from the run's point is on another path
    ! Path lengths as shares of the total displacement, or of the load factor if nothing is displaced (step_off):
-   real(wp), parameter :: step_ahead(4) = [1.0e-4_wp, 1.0e-3_wp, 1.0e-2_wp, 1.0e-1_wp]  !! distances from the equilibrium at which
+   real(wp), parameter :: step_ahead(3) = [1.0e-4_wp, 1.0e-3_wp, 1.0e-2_wp]  !! distances from the equilibrium at which
    !! the tests decide whether a set is valid
    real(wp), parameter :: farthest = 0.2_wp  !! largest relative change of the load factor from the run's point to another set
 
@@ -69,7 +75,7 @@ contains
          real(wp) :: change, whole, reach
          u = displacement_between(next%problem, carried(here%problem, state, next%problem), next%state)
          reach = farthest * max(abs(state%load_factor), here%least_load)
-         if (here%at_change) reach = max(reach, largest_growth * here%least_load)
+         if (here%at_change()) reach = max(reach, largest_growth * here%least_load)
          change = maxval(abs(u(1:2, :)))
          whole = maxval(abs(state%u(1:2, :)))
          if (allocated(here%beyond)) whole = max(whole, maxval(abs(here%beyond%u(1:2, :))))
@@ -86,7 +92,7 @@ contains
       type(change_place_t), intent(in) :: here
       type(tried_set_t), intent(inout) :: trial       !! in: set with its equilibrium, its edits and whether it is sized
       integer :: sense
-      logical :: decides                          ! the tests decide at the equilibrium
+      logical :: decides                          ! a new length: the tests decide at the set's own equilibrium
       decides = trial%sized .and. trial%edits == 1
       trial%valid = .false.
       trial%passes_limit = .false.
@@ -94,18 +100,18 @@ contains
       associate (set => trial%set)
          set%tangent = tangent_along(set, carried_field(here%problem, here%state, here%tangent%u, set%problem, &
             & carried(here%problem, here%state, set%problem)), here%tangent%load)
-         if (here%at_change .and. (decides .or. any(trial%edit == [edit_open, edit_end_off]))) then
+         if (here%at_change() .and. (decides .or. any(trial%edit == [edit_open, edit_end_off]))) then
             if (.not. goes_on_smoothly(here, set)) return
          end if
          if (load_goes_on(here) .and. set%tangent%load * here%tangent%load < 0.0_wp) call reverse(set%tangent)
-         do sense = 1, merge(1, 2, decides .or. .not. here%kink .or. load_goes_on(here))
+         do sense = 1, merge(1, 2, decides .or. here%situation == at_smooth_change .or. load_goes_on(here))
             if (sense == 2) call reverse(set%tangent)
             trial%turns = sense == 2
             if (decides) call verify_at_equilibrium(here, trial)
             if (.not. trial%valid) call verify_onward(run, here, decides, trial)
             if (trial%valid) exit
          end do
-         if (trial%valid .and. .not. here%at_change) call begin_at_onset(step, run, here, trial)
+         if (trial%valid .and. .not. here%at_change()) call begin_at_onset(step, run, here, trial)
       end associate
    end subroutine verify
 
@@ -118,7 +124,8 @@ contains
       trial%valid = .not. any_fails(tests)
       if (trial%valid) trial%valid = gaps_are_open(here, trial, trial%set, tests)
       if (.not. trial%valid) return
-      trial%passes_limit = here%at_change .and. .not. here%kink .and. trial%set%tangent%load * here%tangent%load < 0.0_wp
+      trial%passes_limit = here%situation == at_smooth_change .and. trial%set%tangent%load * &
+         & here%tangent%load < 0.0_wp
       trial%there = trial%set%path_point_t
    end subroutine verify_at_equilibrium
 
@@ -149,13 +156,13 @@ contains
                end if
                ! Where no change is located, a node of contact at nodes that pulls or penetrates may hold further along the path:
                ! the next longer step is tried.
-               if (.not. (here%at_change .or. contact_holds(there%problem, there%state, there%system))) cycle
+               if (.not. (here%at_change() .or. contact_holds(there%problem, there%state, there%system))) cycle
                trial%valid = complement_grows(here, trial, there)
                if (trial%valid) trial%valid = on_path(run, here, there)
                if (.not. trial%valid) return
                there%tangent = tangent_along(there, set%tangent%u, set%tangent%load)
                trial%there = there%path_point_t
-               if (.not. here%at_change) set%path_point_t = there%path_point_t
+               if (.not. here%at_change()) set%path_point_t = there%path_point_t
                return
             end if
             if (.not. allocated(trial%fails)) then
@@ -164,16 +171,17 @@ contains
             end if
             if (worst(tests) <= least) return
             ! The set without a closing span may begin far ahead: its tests rise linearly.
-            if (here%vanishes) onset = beyond_zero * distance * before / (before - worst(tests))
+            if (here%situation == before_closing) onset = beyond_zero * distance * before / (before - worst(tests))
             least = worst(tests)
          end do
       end associate
    end subroutine verify_onward
 
-   !> True if the load goes on as before behind the change: a gap closes in a structure that is stable with this contact open.
+   !> True if the load is certain to go on in the same sense behind the change: a gap closes, and the structure without this contact
+   !> is stable.
    pure logical function load_goes_on(here)
       type(change_place_t), intent(in) :: here
-      load_goes_on = here%at_change
+      load_goes_on = here%at_change()
       if (load_goes_on) load_goes_on = here%zero(1)%kind == test_gap .and. here%system%negative_pivots == 0
    end function load_goes_on
 
@@ -185,7 +193,7 @@ contains
    end subroutine reverse
 
    !> Moves the first equilibrium of a valid set to the set's onset. The set without a closing free span is sought before a test
-   !> fails, and must begin ahead.
+   !> fails, and must begin ahead. So must a set with which the load turns back: the path has not passed its onset.
    subroutine begin_at_onset(step, run, here, trial)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
@@ -195,8 +203,8 @@ contains
       type(span_test_t), allocatable :: tests(:)
       logical :: ahead
       integer :: k
-      call find_onset(step, here%problem, run, here%closed, trial%set, ahead)
-      if (here%vanishes) trial%valid = ahead
+      call find_onset(step, here, run, trial%set, ahead)
+      if (here%situation == before_closing .or. trial%turns) trial%valid = ahead
       if (.not. trial%valid) return
       ! The path goes on from a point nearer to the onset, if there is one.
       associate (set => trial%set, there => trial%there)
@@ -216,19 +224,16 @@ contains
    end subroutine begin_at_onset
 
    !> True if an equilibrium lies on the run's path, and not on another one that Newton's method has found: it is at the located
-   !> change, within reach of the last increment (reachability), or ahead in the direction of the path. (Other paths may be near: a
-   !> stocky column beside a wall is displaced along its axis by much more than it bends.) Where a free span vanishes, the path of
-   !> the other set turns off at its onset, so that an equilibrium ahead is on the path only if its load, too, is within reach.
+   !> change, no further than the longest next increment, or ahead in the direction of the path (reachability). Other paths may be
+   !> near: a stocky column beside a wall is displaced along its axis by much more than it bends.
    logical function on_path(run, here, there)
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here
       type(other_set_t), intent(in) :: there
-      on_path = here%at_change
+      on_path = here%at_change()
       if (.not. on_path) on_path = path_length(there%problem, carried(here%problem, here%state, there%problem), there%state) <= &
-         & within_reach * run%last_length
+         & largest_growth * run%last_length
       if (.not. on_path) on_path = leads_to_next(here%problem, run, there)
-      if (here%vanishes .and. on_path) on_path = abs(there%state%load_factor - here%state%load_factor) <= within_reach * &
-         & here%least_load
    end function on_path
 
    !> True if a set with a new contact or free span of a prescribed length continues the path at a located change smoothly: its
@@ -236,7 +241,7 @@ contains
    logical function goes_on_smoothly(here, next) result(smoothly)
       type(change_place_t), intent(in) :: here
       type(other_set_t), intent(in) :: next  !! with its path tangent, in the direction in which the path arrives at `here`
-      smoothly = .not. here%pivots_are_reliable .or. next%system%negative_pivots == here%system%negative_pivots
+      smoothly = .not. here%pivots_are_reliable() .or. next%system%negative_pivots == here%system%negative_pivots
       if (smoothly) smoothly = along(next, next%tangent, displacement_between(next%problem, carried(here%problem, here%state, &
          & next%problem), next%state), next%state%load_factor - here%state%load_factor, here%state%load_factor) >= 0.0_wp
    end function goes_on_smoothly
@@ -261,7 +266,7 @@ contains
    !> True if a contact force of a line is zero at a located change.
    pure logical function lifts_off(here)
       type(change_place_t), intent(in) :: here
-      lifts_off = here%at_change
+      lifts_off = here%at_change()
       if (lifts_off) lifts_off = any(here%zero(1)%kind == [test_force, test_pressure, test_couple])
    end function lifts_off
 

@@ -1,8 +1,17 @@
-!> Contact sets that are tried: the place of the change from which they are sought, and each set with its equilibrium.
+!> What is known while another contact set is sought: the point of the path from which it is sought, in one of four situations; each
+!> set that is tried, with its equilibrium and the verdict of its tests; and the set with which the path continues. The points of a
+!> set along its path, away from the change:
+!>
+!>     change ---------- first ------------ there -------------------- onward
+!>     here%state        trial%set          trial%there                next%onward
+!>     the present       the new length     short step further,        further still: increments of the run's length
+!>     set ends          is prescribed      where all tests pass       converge from here
+!>
+!> `here%beyond` is on the path of the present set: the end of the increment, where one of its tests fails.
 module tried_sets
    use kinds, only: wp
    use model, only: step_t, method_displacement
-   use problem, only: problem_t, rounding_gap
+   use problem, only: problem_t
    use rod_state, only: state_t
    use rod_strips, only: strip_t, find_strips
    use path_point, only: path_point_t
@@ -11,24 +20,31 @@ module tried_sets
    use other_set, only: other_set_t, copy_other_set
    implicit none
    private
-   public :: change_place_t, new_change_place, tried_set_t, copy_trial, append
+   public :: change_place_t, new_change_place, tried_set_t, copy_trial, append, next_set_t
+   public :: at_kink, at_smooth_change, before_closing, no_increment
+
+   ! Situations in which another contact set is sought.
+   integer, parameter :: at_kink = 1          !! at a located change where a gap, the force of a point, a couple or a free span
+   !! vanishes: gap and force are complementary, and the path turns sharply
+   integer, parameter :: at_smooth_change = 2 !! at a located change of another kind: what is new begins with zero length, and the
+   !! tangent of the path is that of both sets
+   integer, parameter :: before_closing = 3   !! before or at a point at which free spans vanish
+   integer, parameter :: no_increment = 4     !! at a point from which no increment converges
 
    !> The run's point, from which another contact set is sought.
    type, extends(other_set_t) :: change_place_t
       real(wp) :: least_load = 0.0_wp             !! least reference value for changes of the load factor
       real(wp) :: travelled = 0.0_wp              !! length of the path behind this point, as a displacement: a structure may be
       !! back where it was
-      logical :: at_change = .false.              !! true: the change is located at this point
-      logical :: vanishes = .false.               !! true: free spans are about to vanish just ahead
-      logical :: closed = .false.                 !! true: the gaps of these spans are rounding
-      type(span_test_t), allocatable :: closing(:) !! tests of these spans; not allocated: none
-      logical :: kink = .true.                    !! false: the path is smooth at the located change
-      logical :: pivots_are_reliable = .true.             !! false: the stiffness of the present set is singular here
-      type(span_test_t), allocatable :: zero(:)   !! tests that are zero at the located change, the located one first; not
-      !! allocated: no change is located
+      integer :: situation = no_increment         !! one of the four constants above
+      type(span_test_t), allocatable :: zero(:)   !! tests that are zero at a located change, the located one first
+      type(span_test_t), allocatable :: closing(:) !! before_closing: tests of the free spans that vanish
       type(strip_t), allocatable :: strip(:)      !! strips of the structure, along which contact sets are edited
       integer :: spans_begun = 0                  !! last number given to a contact span
       type(state_t), allocatable :: beyond        !! equilibrium of the present set beyond the change, where a test fails
+   contains
+      procedure :: at_change
+      procedure :: pivots_are_reliable
    end type change_place_t
 
    !> A contact set that is tried, with an equilibrium.
@@ -47,6 +63,15 @@ module tried_sets
       type(span_test_t), allocatable :: fails(:)  !! not valid: the tests that fail
       type(state_t) :: fails_at                   !! and the state at which they fail
    end type tried_set_t
+
+   !> The contact set with which the path continues.
+   type :: next_set_t
+      logical :: found = .false.                  !! false: no set was found, and the other components are undefined
+      type(other_set_t) :: first                  !! its first equilibrium, labelled as a change of contact. At a located change
+      !! all its tests are satisfied there; else it is the set's onset
+      type(other_set_t) :: onward                 !! a point further on, where all its tests are satisfied and from which
+      !! increments can go on; without label; may be the same as `first`
+   end type next_set_t
 
 contains
 
@@ -67,23 +92,33 @@ contains
       here%least_load = abs(run%last_load)
       if (step%method /= method_displacement) here%least_load = max(here%least_load, abs(step%increment))
       here%travelled = run%arc_length * problem%size
-      here%at_change = present(zero)
       here%spans_begun = run%spans_begun
       here%strip = find_strips(problem%layout)
       if (present(beyond)) then
          if (allocated(beyond)) here%beyond = beyond
       end if
-      here%vanishes = present(closing)
-      if (here%vanishes) then
+      if (present(closing)) then
+         here%situation = before_closing
          here%closing = closing
-         here%closed = all(abs(closing%value) * problem%size <= rounding_gap(problem))
+      else if (present(zero)) then
+         here%situation = at_smooth_change
+         if (any(zero(1)%kind == [test_gap, test_force, test_vanishing, test_couple])) here%situation = at_kink
+         here%zero = zero
       end if
-      if (.not. here%at_change) return
-      here%zero = zero
-      here%kink = any(zero(1)%kind == [test_gap, test_force, test_vanishing, test_couple])
-      ! An osculating contact may move along the rod without change of force, so that the sign of a pivot is rounding.
-      here%pivots_are_reliable = zero(1)%kind /= test_curvature
    end function new_change_place
+
+   !> True if the change is located at this point.
+   pure logical function at_change(here)
+      class(change_place_t), intent(in) :: here
+      at_change = any(here%situation == [at_kink, at_smooth_change])
+   end function at_change
+
+   !> True if the signs of the pivots of the present set's stiffness are certain. An osculating contact may move along the rod
+   !> without change of force, so that the sign of a pivot is rounding.
+   pure logical function pivots_are_reliable(here)
+      class(change_place_t), intent(in) :: here   !! at a located change
+      pivots_are_reliable = here%zero(1)%kind /= test_curvature
+   end function pivots_are_reliable
 
    !> Copies a trial; a procedure for the reason given at copy_problem.
    subroutine copy_trial(from, to)
