@@ -1217,3 +1217,50 @@ def test_spans_are_not_sought_further_ahead_than_the_last_increment_shows():
     for found, same in zip(one, other, strict=True):
         within_bars(found, same)
     assert len(one) == 6
+
+
+LEAVING = """*HEADING
+Half of a heavy ring in a host, pressed onto its crown, whose contact leaves the plane of symmetry
+*NODE
+1, 0., 1.
+2, -0.5398904741530476, 0.8417352766272763
+3, 0., -1.
+*ARC, ELSET=ROD, NSET=ROD, TYPE=GE8
+1, 2, 0., 0.
+2, 3, 0., 0.
+*IMPERFECTION, ELSET=ROD, SHAPE=COSINE
+4.9857973817045916e-05, 3.
+-0.00036225197264807364, 6.
+*BEAM SECTION, ELSET=ROD, SECTION=STIFFNESS
+163273.02067987475, 1., , 0., 1.
+*BOUNDARY
+1, XSYMM
+3, ENCASTRE
+*OBSTACLE, NAME=HOST, TYPE=CIRCLE, SIDE=INSIDE
+0., 0., 1.0004121099464651
+*CONTACT, OBSTACLE=HOST, NSET=ROD
+*MONITOR, NAME=push, OBSTACLE=HOST
+RN
+*MONITOR, NAME=v
+1, U2, -1.
+*MONITOR, NAME=u
+2, U1, 1.
+*STEP
+*ACCURACY, TOLERANCE=1E-5
+*STATIC, METHOD=CYLINDRICAL
+{first}, , {largest}
+*CLOAD
+1, 2, -0.08362222965041548
+*DLOAD
+ROD, PY, 1.
+*STOP
+LOAD, ABOVE, 0.1
+*END STEP
+"""
+
+
+def test_a_point_that_has_left_a_plane_of_symmetry_gains_no_contact():
+    """The gap between the point and the plane is below zero by what a mesh errs by; the point becomes a line, which is no gain."""
+    for first, largest in ((0.03771872930195382, 0.014757498054779892), (0.011315618790586146, 0.0044272494164339675)):
+        run = dr.run_deck(LEAVING.format(first=first, largest=largest))
+        assert [c.label for c in run.results.critical] == ["C+", "EP"]

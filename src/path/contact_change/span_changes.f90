@@ -159,7 +159,7 @@ contains
       if (.not. (interval%stuck .or. change%where == place_ahead)) beyond = interval%to%state
       here = new_change_place(problem, step, run, change%point, change%zero, beyond)
       call try_sets(step, run, here, next)
-      if (next%found .and. change%label == '  ') then
+      if (next%found) then
          change%label = next%first%label
          change%divides = next%first%divides
       end if
