@@ -58,13 +58,13 @@ int unilat_resolve(const char *name, char *target, long size)
    return ELOOP;
 }
 
-/* kind: 0 no file, 1 an empty file, 2 a file, 3 a folder, 4 anything else. Returns errno if the file may not be replaced. */
+/* kind: 0 no file, 1 an empty file, 2 a file, 3 a folder, 5 a pipe, 4 anything else. Returns errno if it may not be replaced. */
 int unilat_look_at(const char *name, int *kind)
 {
    struct stat what;
    *kind = 0;
    if (stat(name, &what)) return errno == ENOENT ? 0 : errno;
-   *kind = S_ISDIR(what.st_mode) ? 3 : !S_ISREG(what.st_mode) ? 4 : what.st_size == 0 ? 1 : 2;
+   *kind = S_ISDIR(what.st_mode) ? 3 : S_ISFIFO(what.st_mode) ? 5 : !S_ISREG(what.st_mode) ? 4 : what.st_size == 0 ? 1 : 2;
    return access(name, W_OK) ? errno : 0;
 }
 

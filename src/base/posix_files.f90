@@ -5,10 +5,10 @@ module posix_files
    private
    public :: resolved_name, look_at, lock_file, unlock_file, put_in_place, overwrite, what_is_there, rename_file, write_bytes
    public :: error_text, longest_name
-   public :: kind_nothing, kind_empty, kind_folder, kind_other, is_locked, is_closed, file_mark_t
+   public :: kind_nothing, kind_empty, kind_folder, kind_other, kind_pipe, is_locked, is_closed, file_mark_t
    public :: is_same, is_missing, is_changed, is_another
 
-   integer, parameter :: kind_nothing = 0, kind_empty = 1, kind_folder = 3, kind_other = 4 !! 2: any other
+   integer, parameter :: kind_nothing = 0, kind_empty = 1, kind_folder = 3, kind_other = 4, kind_pipe = 5 !! 2: any other
    integer, parameter :: is_same = 0, is_missing = 1, is_changed = 2, is_another = 3
    integer, parameter :: longest_name = 4096      !! [bytes] longest file name
    integer, parameter :: is_locked = -1           !! status of lock_file: another process has the lock

@@ -7,7 +7,8 @@ module deck_source
    use errors, only: error_t, fail
    use text, only: to_text, blanks
    use printable_text, only: quoted_path, shortened
-   use, intrinsic :: iso_c_binding, only: c_ptr, c_char, c_int, c_long, c_null_char, c_associated
+   use posix_files, only: look_at, kind_folder, kind_pipe
+   use, intrinsic :: iso_c_binding, only: c_null_char
    implicit none
    private
    public :: growing_text_t, deck_source_t, deck_file_t, deck_parameter_t, typed_line_t, spot_t, read_source_file, &
@@ -79,23 +80,6 @@ module deck_source
    character(*), parameter :: byte_order_mark = char(239)//char(187)//char(191)
    integer, parameter :: chunk = 256 !! number of characters requested in one read; the runtime pads the rest of the buffer with
    !! blanks in each read
-
-   interface
-      type(c_ptr) function c_fopen(path, mode) bind(c, name='fopen')
-         import :: c_ptr, c_char
-         character(kind=c_char), intent(in) :: path(*), mode(*)
-      end function c_fopen
-
-      integer(c_long) function c_ftell(stream) bind(c, name='ftell')
-         import :: c_ptr, c_long
-         type(c_ptr), value :: stream
-      end function c_ftell
-
-      integer(c_int) function c_fclose(stream) bind(c, name='fclose')
-         import :: c_ptr, c_int
-         type(c_ptr), value :: stream
-      end function c_fclose
-   end interface
 
 contains
 
@@ -288,29 +272,13 @@ contains
       character(*), intent(in) :: path                 !! name of the file to be read
       type(error_t), allocatable, intent(out) :: error !! allocated: the name is that of a folder or a pipe (a missing file is not
       !! an error here)
-      logical :: there
-      integer :: bytes
-      inquire (file=path//'/.', exist=there)
-      if (there) then
+      integer :: kind, status
+      status = look_at(path//c_null_char, kind)
+      if (kind == kind_folder) then
          call fail(error, quoted_path(path)//' is a folder; a deck is a file')
-         return
+      else if (kind == kind_pipe .and. all([index(path, '/dev/stdin'), index(path, '/dev/fd/'), &
+         & index(path, '/proc/self/fd/')] /= 1)) then
+         call fail(error, quoted_path(path)//' is empty, or a pipe; a deck from a pipe is read from standard input')
       end if
-      inquire (file=path, exist=there, size=bytes)
-      if (.not. there .or. bytes > 0) return
-      if (any([index(path, '/dev/stdin'), index(path, '/dev/fd/'), index(path, '/proc/self/fd/')] == 1)) return
-      if (is_pipe(path)) call fail(error, quoted_path(path)//' is empty, or a pipe; a deck from a pipe is read from standard input')
    end subroutine check_file
-
-   !> True for a pipe, and for an empty file that must not be opened for update. (A pipe opened for update does not wait for its
-   !> writing end, and its position cannot be determined.)
-   logical function is_pipe(path)
-      character(*), intent(in) :: path
-      type(c_ptr) :: stream
-      integer(c_int) :: status
-      stream = c_fopen(path//c_null_char, 'r+'//c_null_char)
-      is_pipe = .true.
-      if (.not. c_associated(stream)) return
-      is_pipe = c_ftell(stream) < 0
-      status = c_fclose(stream)
-   end function is_pipe
 end module deck_source

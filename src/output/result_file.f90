@@ -20,7 +20,7 @@ module result_file
    use memory, only: can_be_had
    use posix_files, only: resolved_name, lock_file, unlock_file, put_in_place, overwrite, what_is_there, error_text, is_locked, &
       & is_same, is_another, is_changed, is_missing, file_mark_t, look_at, rename_file, kind_nothing, kind_empty, kind_folder, &
-      & kind_other
+      & kind_other, kind_pipe
    use printable_text, only: character_end
    use file_items, only: items_t, data_t, put_item, text_in
    use hdf5_image, only: start_library, make_image
@@ -293,7 +293,7 @@ contains
       status = look_at(name//c_null_char, kind)
       if (kind == kind_folder) then
          why = 'it is a directory'
-      else if (kind == kind_other) then
+      else if (kind == kind_other .or. kind == kind_pipe) then
          why = 'it is not a plain file'
       else if (status /= 0) then
          why = error_text(status)
