@@ -7,7 +7,7 @@ module card_check
    use text, only: to_text, plural, nearest_word, word_at, word_index, separated
    use printable_text, only: quoted
    use diagnostics, only: place_t
-   use card_spec, only: card_spec_t, layout_t, item_t, find_item, in_model, in_step, outside_step, kind_flag
+   use card_spec, only: card_spec_t, layout_t, item_t, in_model, in_step, outside_step, kind_flag
    use deck_cards, only: deck_t
    use card_table, only: find_card, cards, layouts, items, card_names, foreign_answer
    use item_values, only: convert, value_error, choices
@@ -208,11 +208,11 @@ contains
       if (p > 0) word = word_at(items(i)%words, nint(deck%parameter(p)%number))
    end function given_word
 
-   !> Position of a parameter of the card in the items of the table; 0 if it has no such parameter.
+   !> Position of a parameter of the card in the items of the table; 0 if it has no such parameter. Case and blanks are ignored.
    pure integer function item_named(spec, name) result(i)
       type(card_spec_t), intent(in) :: spec              ! entry of the card in the table
       character(*), intent(in) :: name
-      i = find_item(items(spec%first:spec%last), name)
+      i = word_index(spec%names, name)
       if (i > 0) i = i + spec%first - 1
    end function item_named
 

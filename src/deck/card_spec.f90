@@ -1,10 +1,9 @@
 !> Types of the table of cards: the parameters and data lines of a card, and the rules for their checks. The table itself is the
 !> module card_table, which is made from cards.txt.
 module card_spec
-   use text, only: squeeze
    implicit none
    private
-   public :: card_spec_t, layout_t, item_t, find_item
+   public :: card_spec_t, layout_t, item_t
    public :: kind_flag, kind_word, kind_name, kind_integer, kind_real, kind_label, kind_label_or_set, kind_dof
    public :: kind_component, kind_path, kind_value, kind_distributed, kind_formula
    public :: in_model, in_step, anywhere, outside_step
@@ -84,17 +83,4 @@ module card_spec
       character(160) :: names  !! names of the parameters, between bars
    end type card_spec_t
 
-contains
-
-   !> Position of a parameter in a list, 0 if there is none; case and blanks are ignored.
-   pure integer function find_item(items, name) result(position)
-      type(item_t), intent(in) :: items(:)
-      character(*), intent(in) :: name
-      character(:), allocatable :: key
-      key = squeeze(name)
-      do position = 1, size(items)
-         if (squeeze(items(position)%name) == key) return
-      end do
-      position = 0
-   end function find_item
 end module card_spec
