@@ -279,25 +279,20 @@ contains
       type(curve_t), intent(in) :: curve        !! curve that measure_curves has measured
       type(imperfection_t), intent(in) :: imperfections(:)
       real(wp), intent(in) :: from, length
-      real(wp), intent(in), optional :: excess(2) !! result of curve_excess at `from`, if known
-      real(wp) :: s, start(2), after, rate, step
+      real(wp), intent(in) :: excess(2)         !! result of curve_excess at `from`
+      real(wp) :: s, after, rate, step
       integer :: iteration
       s = from + length
       if (curve%imperfection == 0) return
-      if (present(excess)) then
-         start = excess
-      else
-         start = curve_excess(curve, imperfections, from)
-      end if
       associate (table => imperfections(curve%imperfection)%table(curve%table))
-         s = from + length / (1.0_wp + start(2))
+         s = from + length / (1.0_wp + excess(2))
          do iteration = 1, 20
             call table_value(table, curve%offset + s, after, rate)
-            step = ((length - (s - from)) - (after - start(1))) / (1.0_wp + rate)
+            step = ((length - (s - from)) - (after - excess(1))) / (1.0_wp + rate)
             s = s + step
             ! After this step the error is half of the step's square times the derivative of the rate, which has changed by about
             ! this much.
-            if (step**2 * (abs(rate - start(2)) * abs(length) + abs(step)) <= 0.1_wp * epsilon(s) * abs(length)**3) exit
+            if (step**2 * (abs(rate - excess(2)) * abs(length) + abs(step)) <= 0.1_wp * epsilon(s) * abs(length)**3) exit
          end do
       end associate
    end function curve_abscissa
