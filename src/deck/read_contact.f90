@@ -2,7 +2,7 @@
 module read_contact
    use kinds, only: wp, parallel
    use text, only: rounded
-   use model, only: model_t, contact_t, law_t
+   use model, only: model_t, contact_t, law_t, elements_among
    use obstacle_types, only: obstacle_t, ground_independent, obstacle_line, obstacle_circle, obstacle_arc
    use element_families, only: collocates
    use contact_spans, only: choose_spans
@@ -183,7 +183,7 @@ contains
          do e = 1, model%mesh%n_elements
             length(e) = norm2(model%mesh%x(:, model%mesh%node(2, e)) - model%mesh%x(:, model%mesh%node(1, e)))
          end do
-         where (.not. within_contact()) length = 0.0_wp
+         where (.not. elements_among(model%mesh, contact%node)) length = 0.0_wp
          e = maxloc(length, 1)
          if (obstacle%kind == obstacle_line .or. e == 0) return
          if (obstacle%kind == obstacle_circle) then
@@ -228,7 +228,8 @@ contains
             reason = distribution_needs()
             contact%distributed = reason == ''
             ! Contact with coupled ground, or without an element between its nodes, always acts at nodes.
-            if (reason /= '' .and. obstacle%ground == ground_independent .and. any(within_contact())) contact%needs = reason
+            if (reason /= '' .and. obstacle%ground == ground_independent .and. &
+               any(elements_among(model%mesh, contact%node))) contact%needs = reason
          end if
          ! If contact is possible anywhere along the rod, obstacles must not penetrate the stress-free structure between the nodes
          ! either.
@@ -240,20 +241,12 @@ contains
          if (reason /= '' .and. deck%word('POINTS') == 'ALONG') call deck%wrong('POINTS', 'ALONG needs '//reason)
       end subroutine read_points
 
-      !> True for the elements with both nodes in a contact.
-      pure function within_contact() result(within)
-         logical :: within(model%mesh%n_elements), candidate(model%mesh%n_nodes)
-         candidate = .false.
-         candidate(contact%node) = .true.
-         within = candidate(model%mesh%node(1, :)) .and. candidate(model%mesh%node(2, :))
-      end function within_contact
-
       !> For each node, numbers of elements of the contact that begin and that end there.
       pure subroutine count_elements(leaving, entering)
          integer, intent(out) :: leaving(:), entering(:)
          logical :: within(model%mesh%n_elements)
          integer :: e
-         within = within_contact()
+         within = elements_among(model%mesh, contact%node)
          leaving = 0
          entering = 0
          do e = 1, model%mesh%n_elements
@@ -273,7 +266,7 @@ contains
             reason = 'a foundation that does not carry load sideways'
             return
          end if
-         e = findloc(within_contact() .and. .not. collocates(model%mesh%family), .true., 1)
+         e = findloc(elements_among(model%mesh, contact%node) .and. .not. collocates(model%mesh%family), .true., 1)
          if (e > 0) then
             reason = 'GE elements; '//element_words(model%mesh, e)//' is not'
             return

@@ -4,7 +4,8 @@
 module read_monitors
    use kinds, only: wp
    use text, only: to_text, same_name
-   use model, only: model_t, monitor_t, contact_print_t, quantity_reaction, quantity_contact, quantity_section, step_t
+   use model, only: model_t, monitor_t, contact_print_t, quantity_reaction, quantity_contact, quantity_section, step_t, &
+      & elements_among
    use section_kinds, only: section_kind
    use obstacle_types, only: obstacle_circle, obstacle_arc
    use cross_section, only: outer_fibre
@@ -232,16 +233,14 @@ contains
       integer, intent(in) :: e                ! index of the segment's first element
       logical, intent(in) :: free             ! true: the nodes of the segment may move along the rod
       character(:), allocatable :: why
-      logical :: member(model%mesh%n_nodes)
+      logical :: among(model%mesh%n_elements)
       integer :: c
       why = ''
       if (.not. free) why = 'its nodes have to stay'
       do c = 1, size(model%contact)
-         member = .false.
-         member(model%contact(c)%node) = .true.
-         if (.not. all(member(model%mesh%node(:, e)))) cycle
+         among = elements_among(model%mesh, model%contact(c)%node)
          associate (obstacle => model%obstacle(model%contact(c)%obstacle), contact => model%contact(c))
-            if (obstacle%at_nodes .or. (obstacle%rigid .and. contact%along) .or. contact%distributed) cycle
+            if (.not. among(e) .or. obstacle%at_nodes .or. (obstacle%rigid .and. contact%along) .or. contact%distributed) cycle
             why = 'contact with '//trim(obstacle%name)//' acts at the nodes'
          end associate
       end do

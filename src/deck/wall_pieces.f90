@@ -7,7 +7,7 @@
 !> surface nor touches a new one.
 module wall_pieces
    use kinds, only: wp
-   use model, only: model_t, contact_t, contact_part_t
+   use model, only: model_t, contact_t, contact_part_t, elements_among
    use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle
    use obstacle_curve, only: join_pieces
    implicit none
@@ -36,8 +36,8 @@ contains
    logical function may_join(model, k, j)
       type(model_t), intent(in) :: model
       integer, intent(in) :: k, j
-      logical, dimension(model%mesh%n_nodes) :: first, second
-      integer :: e, s
+      logical :: first(model%mesh%n_nodes)      ! true: a node of the first contact
+      integer :: s
       associate (one => model%contact(k), other => model%contact(j))
          may_join = one%along .and. other%along .and. one%obstacle /= other%obstacle .and. &
             & .not. abs(one%gap - other%gap) > 0.0_wp .and. &
@@ -45,14 +45,8 @@ contains
          if (.not. may_join) return
          first = .false.
          first(one%node) = .true.
-         second = .false.
-         second(other%node) = .true.
-         may_join = any(first .and. second)
-         do e = 1, model%mesh%n_elements
-            associate (node => model%mesh%node(:, e))
-               may_join = may_join .and. .not. (all(first(node)) .and. all(second(node)))
-            end associate
-         end do
+         may_join = any(first(other%node)) .and. .not. &
+            & any(elements_among(model%mesh, one%node) .and. elements_among(model%mesh, other%node))
          ! An obstacle that the deck moves or reports separately needs its own contacts.
          do s = 1, size(model%step)
             associate (load => model%step(s)%load, o => [one%obstacle, other%obstacle])
@@ -75,7 +69,6 @@ contains
       logical, intent(out) :: joined
       type(obstacle_t) :: one, other
       type(contact_part_t), allocatable :: part(:)
-      type(contact_t), allocatable :: left(:)
       logical :: known(model%mesh%n_nodes)
       integer :: i
       one = model%obstacle(model%contact(k)%obstacle)
@@ -92,9 +85,7 @@ contains
       known(model%contact(k)%node) = .true.
       model%contact(k)%node = [model%contact(k)%node, pack(model%contact(j)%node, .not. known(model%contact(j)%node))]
       model%contact(k)%part = part
-      allocate (left(size(model%contact) - 1))
-      left = model%contact(pack([(i, i=1, size(model%contact))], [(i, i=1, size(model%contact))] /= j))
-      call move_alloc(left, model%contact)
+      model%contact = [model%contact(:j - 1), model%contact(j + 1:)]
    end subroutine join
 
    !> Parts of a contact; a contact that was not joined is its only part.

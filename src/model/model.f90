@@ -12,7 +12,7 @@ module model
    implicit none
    private
    public :: model_t, mesh_t, curve_t, path_t, imperfection_t, section_t, node_set_t, load_t, law_t, contact_t
-   public :: tie_t, joint_spring_t, release_t, contact_print_t, contact_part_t, obstacle_of
+   public :: tie_t, joint_spring_t, release_t, contact_print_t, contact_part_t, obstacle_of, elements_among
    public :: monitor_t, step_t, threshold_t, branch_t, mode_offset_t, limit_curve_t
    public :: family_ul2, family_ge
    public :: shape_none, shape_sine, shape_cosine, shape_clamped, shape_nodal
@@ -322,6 +322,16 @@ contains
          end associate
       end do
    end function obstacle_of
+
+   !> (elements) True for the elements with both nodes in a list.
+   pure function elements_among(mesh, node) result(among)
+      type(mesh_t), intent(in) :: mesh
+      integer, intent(in) :: node(:)            !! indices of nodes
+      logical :: among(mesh%n_elements), listed(mesh%n_nodes)
+      listed = .false.
+      listed(node) = .true.
+      among = listed(mesh%node(1, :)) .and. listed(mesh%node(2, :))
+   end function elements_among
 
    !> (3, nodes) Supports of the deck, without those of nodes that represent relative motions.
    pure function supports(model) result(fixed)

@@ -6,7 +6,7 @@
 module rod_layout
    use kinds, only: wp
    use ordered_knots, only: piece_at
-   use model, only: obstacle_of, model_t
+   use model, only: obstacle_of, elements_among, model_t
    use element_families, only: conforms
    use reference_curve, only: curve_goes_on
    implicit none
@@ -113,7 +113,7 @@ contains
       integer, allocatable, intent(out) :: beside(:, :) !! (2, nodes) element that ends at the node, and element that begins there
       logical, allocatable, intent(out) :: breakpoint(:)    !! (nodes) true: the node is a segment boundary
       integer :: ends(2, model%mesh%n_nodes)                ! (2, nodes) number of elements that end, and that begin, at the node
-      logical, allocatable :: member(:), covered(:)
+      logical, allocatable :: covered(:)
       integer :: e, i, k
       associate (mesh => model%mesh)
          allocate (beside(2, mesh%n_nodes), source=0)
@@ -139,14 +139,11 @@ contains
                end do
             end associate
          end do
-         allocate (member(mesh%n_nodes), covered(0:mesh%n_elements))
+         allocate (covered(0:mesh%n_elements))
          do k = 1, size(model%contact)
             associate (contact => model%contact(k))
-               member = .false.
-               member(contact%node) = .true.
                covered = .false.
-               if (.not. model%obstacle(contact%obstacle)%at_nodes) &
-                  & covered(1:) = member(mesh%node(1, :)) .and. member(mesh%node(2, :))
+               if (.not. model%obstacle(contact%obstacle)%at_nodes) covered(1:) = elements_among(mesh, contact%node)
                do i = 1, size(contact%node)
                   associate (node => contact%node(i), e => beside(:, contact%node(i)))
                      if (.not. all(covered(e))) then
@@ -205,18 +202,14 @@ contains
    function elements_that_stay(model) result(kept)
       type(model_t), intent(in) :: model
       logical, allocatable :: kept(:)         !! (elements) true: the nodes of the element are kept
-      logical, allocatable :: member(:)
       integer :: k
       associate (mesh => model%mesh)
          kept = .not. conforms(mesh%family) .or. mesh%stages < 2 .or. mesh%curve == 0
          do k = 1, size(model%contact)
             associate (contact => model%contact(k))
-               if (contact%distributed .or. (contact%along .and. model%obstacle(contact%obstacle)%rigid)) cycle
-               allocate (member(mesh%n_nodes), source=.false.)
-               member(contact%node) = .true.
-               kept = kept .or. (member(mesh%node(1, :)) .and. member(mesh%node(2, :)) .and. &
-                  & .not. model%obstacle(contact%obstacle)%at_nodes)
-               deallocate (member)
+               if (contact%distributed .or. model%obstacle(contact%obstacle)%at_nodes .or. &
+                  & (contact%along .and. model%obstacle(contact%obstacle)%rigid)) cycle
+               kept = kept .or. elements_among(mesh, contact%node)
             end associate
          end do
       end associate
