@@ -24,10 +24,8 @@ module listing
 
    !> A row of the table of critical points.
    type :: critical_row_t
-      integer :: branch = 0
-      character(cell_length), allocatable :: cell(:) !! label, point, step, load factor, error bar of the load factor, corrected
-      !! value, monitors
-      character(:), allocatable :: unbarred       !! reason why there is no error bar; not allocated if the deck requests none
+      character(cell_length), allocatable :: cell(:) !! branch, label, point, step, load factor, error bar of the load factor,
+      !! corrected value, monitors
       character(:), allocatable :: remark
    end type critical_row_t
 
@@ -52,6 +50,8 @@ module listing
       integer :: n_root = 0, n_branch = 0         !! number of points on the path of the steps, and on the present branch
       integer :: n_on_branches = 0                !! number of points of all branches
       type(critical_row_t), allocatable :: critical(:)
+      logical :: with_bars = .false.              !! true: critical points have error bars
+      character(:), allocatable :: unbarred       !! lines with the reasons why some have none, each reason once
       type(limit_table_t) :: limit_table
       logical :: coloured = .false.               !! true: the output is a terminal
    end type listing_t
@@ -69,6 +69,7 @@ contains
       listing%coloured = unit == output_unit .and. has_colours(standard_output)
       listing%has_contact = size(model%contact) > 0
       allocate (listing%critical(0))
+      listing%unbarred = ''
       allocate (listing%step_title(size(model%step)))
       do i = 1, size(model%step)
          listing%step_title(i) = 'Step '//to_text(i)//': '//word_at(method_words, model%step(i)%method)
@@ -236,19 +237,24 @@ contains
       type(critical_t), intent(in) :: critical    !! critical point; it has as many monitors as the model
       type(critical_row_t) :: row
       character(cell_length) :: prints(size(listing%print))
-      row%branch = listing%branch
+      character(:), allocatable :: branch, line
       row%remark = remark(critical)
+      branch = ''
+      if (listing%branch > 0) branch = to_text(listing%branch)
       prints = ''
       ! A critical point directly follows its point, unless it is only bracketed.
       if (critical%point == merge(listing%n_root, listing%n_branch, listing%branch == 0)) prints = listing%printed_bar
-      row%cell = [character(cell_length) :: critical%label, to_text(critical%point), to_text(critical%step), &
+      row%cell = [character(cell_length) :: branch, critical%label, to_text(critical%point), to_text(critical%step), &
          & significant(critical%load_factor, load_digits), '', '', monitor_cells(listing%n_monitors, critical%monitor, &
          & critical%bars), prints]
       if (allocated(critical%bars)) then
-         row%cell(5) = bar_text(critical%bars%load)
-         row%cell(6) = corrected_text(critical%load_factor, critical%bars%load)
-         row%unbarred = ''
-         if (allocated(critical%bars%why) .and. .not. critical%bars%load%estimated) row%unbarred = critical%bars%why
+         row%cell(6) = bar_text(critical%bars%load)
+         row%cell(7) = corrected_text(critical%load_factor, critical%bars%load)
+         listing%with_bars = .true.
+         if (allocated(critical%bars%why) .and. .not. critical%bars%load%estimated) then
+            line = 'No estimate of the error: '//critical%bars%why//'.'//new_line('a')
+            if (index(listing%unbarred, line) == 0) listing%unbarred = listing%unbarred//line
+         end if
       end if
       listing%critical = [listing%critical, row]
    end subroutine keep_critical
@@ -290,42 +296,25 @@ contains
    subroutine write_critical(listing)
       type(listing_t), intent(in) :: listing
       type(column_t), allocatable :: column(:)
-      character(cell_length), allocatable :: cell(:, :)
-      integer :: k, j, n
-      logical :: shown(6 + listing%n_monitors + size(listing%print) + 1)
+      integer :: k
+      logical, allocatable :: shown(:)
       if (size(listing%critical) == 0) return
-      n = size(listing%critical)
       column = [column_t('branch', 6), column_t('', 2), column_t('point', 6), column_t('step', 4), listing%column(3), &
          & column_t('error', 10), column_t('corrected', 17), &
          & listing%column(first_monitor:first_monitor - 1 + listing%n_monitors + size(listing%print))]
       ! Only columns that are not empty are shown.
-      shown = .true.
+      allocate (shown(size(column)), source=.true.)
       shown(1) = listing%n_branches > 0
-      shown(6:7) = any([(allocated(listing%critical(k)%unbarred), k=1, n)])
-      allocate (cell(size(column), n))
-      do k = 1, n
-         cell(1, k) = ''
-         if (listing%critical(k)%branch > 0) cell(1, k) = to_text(listing%critical(k)%branch)
-         cell(2:, k) = listing%critical(k)%cell
+      shown(6:7) = listing%with_bars
+      do k = 1, size(listing%critical)
+         call widen_columns(column, listing%critical(k)%cell)
       end do
-      do k = 1, n
-         call widen_columns(column, cell(:, k))
-      end do
-      column = pack(column, shown)
       write (listing%unit, '(/a)') 'Critical points'
-      call write_head(listing%unit, column)
-      do k = 1, n
-         call write_row(listing%unit, column, pack(cell(:, k), shown), listing%critical(k)%remark)
+      call write_head(listing%unit, pack(column, shown))
+      do k = 1, size(listing%critical)
+         call write_row(listing%unit, pack(column, shown), pack(listing%critical(k)%cell, shown), listing%critical(k)%remark)
       end do
-      rows: do k = 1, n
-         if (.not. allocated(listing%critical(k)%unbarred)) cycle rows
-         if (listing%critical(k)%unbarred == '') cycle rows
-         do j = 1, k - 1
-            if (.not. allocated(listing%critical(j)%unbarred)) cycle
-            if (listing%critical(j)%unbarred == listing%critical(k)%unbarred) cycle rows
-         end do
-         write (listing%unit, '(a)') 'No estimate of the error: '//listing%critical(k)%unbarred//'.'
-      end do rows
+      write (listing%unit, '(a)', advance='no') listing%unbarred
    end subroutine write_critical
 
    !> Remark on a critical point, behind two blanks; '' if there is none.
