@@ -14,7 +14,7 @@ module check_contacts
    use rod_geometry, only: geometry_t, new_geometry
    use candidates, only: candidates_t, new_candidates
    use surface_patches, only: patches_t, new_patches, couples, first_overlap
-   use checked_deck, only: checked_deck_t, position_t, node_words
+   use checked_deck, only: checked_deck_t, node_words
    implicit none
    private
    public :: check_ground_candidates, check_contact_of_tied_nodes, check_carriers, keep_leaders
@@ -27,30 +27,25 @@ contains
    !> that no two candidates load the same place of the ground.
    subroutine check_ground_candidates(deck, model)
       type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(in) :: model !! model of a deck without errors; its contacts are in the order of the cards
+      type(model_t), intent(in) :: model !! model of a deck without errors
       type(geometry_t) :: geometry
       type(candidates_t) :: list
       type(patches_t) :: patches
-      type(position_t) :: last
-      character(:), allocatable :: problem, found
+      character(:), allocatable :: problem
       integer :: contact
       if (.not. any(couples(model%obstacle))) return
       geometry = new_geometry(model)
       list = new_candidates(model, geometry, distributed=.false.)
       patches = new_patches(model, list, geometry)
       ! The error is reported at the last card that takes part in it.
-      contact = 0
-      do while (deck%next_card('CONTACT'))
-         contact = contact + 1
+      do contact = size(model%contact), 1, -1
          if (.not. couples(model%obstacle(model%contact(contact)%obstacle))) cycle
-         found = contact_problem(model%contact(contact)%obstacle)
-         if (found == '') cycle
-         problem = found
-         last = deck%at
+         problem = contact_problem(model%contact(contact)%obstacle)
+         if (problem == '') cycle
+         deck%at = deck%names%contact_origin(contact)
+         call deck%wrong('NSET', problem)
+         exit
       end do
-      if (last%card == 0) return
-      deck%at = last
-      call deck%wrong('NSET', problem)
       call deck%rewind()
 
    contains
@@ -83,19 +78,13 @@ contains
    !> Reports the first node of each *CONTACT and *GAP at which contact is impossible.
    subroutine check_contact_of_tied_nodes(deck, model)
       type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(in) :: model !! model of a deck without errors; its contacts are in the order of the cards
+      type(model_t), intent(in) :: model !! model of a deck without errors
       integer :: contact
-      contact = 0
-      do while (deck%next_card('CONTACT'))
-         contact = contact + 1
-         call check_tied_nodes('NSET', model%contact(contact))
+      do contact = 1, size(model%contact)
+         deck%at = deck%names%contact_origin(contact)
+         call check_tied_nodes(trim(merge('NSET       ', 'node or set', deck%at%keyword == 'CONTACT')), model%contact(contact))
       end do
-      do while (deck%next_card('GAP'))
-         do while (deck%next_line())
-            contact = contact + 1
-            call check_tied_nodes('node or set', model%contact(contact))
-         end do
-      end do
+      call deck%rewind()
 
    contains
 
@@ -129,13 +118,13 @@ contains
    !> Reports obstacles that their nodes cannot carry, and nodes that cannot move with an obstacle.
    subroutine check_carriers(deck, model)
       type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(in) :: model !! model of a deck without errors; its contacts are in the order of the cards
+      type(model_t), intent(in) :: model !! model of a deck without errors
       integer :: contact, card
-      contact = 0
-      do while (deck%next_card('CONTACT'))
-         contact = contact + 1
-         call check_nodes(model%contact(contact))
+      do contact = 1, size(model%contact)
+         deck%at = deck%names%contact_origin(contact)
+         if (deck%at%keyword == 'CONTACT') call check_nodes(model%contact(contact))
       end do
+      call deck%rewind()
       card = 0
       do while (deck%next_card('OBSTACLE'))
          card = card + 1

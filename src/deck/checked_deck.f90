@@ -71,6 +71,7 @@ module checked_deck
       logical, allocatable :: touched(:) !! (obstacles) true: a *CONTACT or *GAP names the obstacle; set when these cards have been
       !! read
       integer, allocatable :: placed_line(:) !! (curves) index of the data line if it omits the number of elements; else 0
+      type(position_t), allocatable :: contact_origin(:) !! (contacts) position of the contact's card or line in the deck
       type(position_t), allocatable :: tie_origin(:) !! (ties) position of the tie's card or line in the deck; card 0: the tie
       !! belongs to a release
       logical, allocatable :: connected(:) !! (nodes) true: the node belongs to an element; set when the mesh has been read

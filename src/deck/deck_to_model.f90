@@ -54,7 +54,7 @@ contains
       if (deck%diagnostics%n == 0) call keep_leaders(model)
       if (deck%diagnostics%n == 0) call check_ground_candidates(deck, model)
       if (deck%diagnostics%n == 0) call check_placed(deck, model)
-      ! From here on the contacts are no longer in the order of the cards.
+      ! From here on the contacts are no longer those of the cards.
       if (deck%diagnostics%n == 0) call join_walls(model)
       call check_not_empty(deck, model, steps_optional)
       diagnostics = deck%diagnostics

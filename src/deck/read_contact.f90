@@ -24,6 +24,7 @@ contains
       integer :: touched(size(model%obstacle), model%mesh%n_nodes) ! (obstacles, nodes) line of the deck with the *CONTACT that
       ! names the node; 0: none
       touched = 0
+      allocate (deck%names%contact_origin(0))
       do while (deck%next_card('CONTACT'))
          contact = contact_t()
          contact%obstacle = deck%named('OBSTACLE', deck%names%obstacle, 'obstacle')
@@ -32,6 +33,7 @@ contains
          if (contact%obstacle > 0 .and. .not. deck%names%mesh_incomplete) &
             call check_contact(deck, model, model%obstacle(contact%obstacle), contact, touched(contact%obstacle, :))
          model%contact = [model%contact, contact]
+         deck%names%contact_origin = [deck%names%contact_origin, deck%at]
       end do
    end subroutine read_contact_cards
 
@@ -60,6 +62,7 @@ contains
          touched = 0
          if (.not. deck%names%mesh_incomplete) call check_contact(deck, model, soil, contact, touched)
          model%contact = [model%contact, contact]
+         deck%names%contact_origin = [deck%names%contact_origin, deck%at]
       end do
 
    contains
@@ -312,10 +315,10 @@ contains
       character(:), allocatable :: needs
       integer :: contact
       call choose_spans(model)
-      contact = 0
-      do while (deck%next_card('CONTACT'))
-         contact = contact + 1
+      do contact = 1, size(model%contact)
+         deck%at = deck%names%contact_origin(contact)
          associate (chosen => model%contact(contact))
+            if (deck%at%keyword /= 'CONTACT') cycle
             if (deck%word('POINTS') /= 'ALONG' .or. chosen%along .or. chosen%distributed) cycle
             needs = 'elements between its nodes'
             if (any(model%step%paper_loop)) needs = 'LOOP=NEWTON in all steps: contact of LOOP=PAPER acts at nodes'
@@ -323,5 +326,6 @@ contains
             call deck%wrong('POINTS', 'ALONG needs '//needs)
          end associate
       end do
+      call deck%rewind()
    end subroutine choose_contact_points
 end module read_contact

@@ -166,7 +166,7 @@ contains
             if (ok) call read_polyline(radius)
          case ('SPLINE')
             obstacle%kind = obstacle_spline
-            call read_points(obstacle%point)
+            call read_points(obstacle%point, radius)
             if (ok) call end_spline(deck, obstacle%point, closed, ok)
             if (ok) obstacle%curve = spline_curve(obstacle%point, closed)
          case ('ELLIPSE')
@@ -193,16 +193,13 @@ contains
       !> Reads the points of a polyline or spline; neighbouring points must be different.
       subroutine read_points(point, radius)
          real(wp), allocatable, intent(out) :: point(:, :)
-         real(wp), allocatable, intent(out), optional :: radius(:) ! corner radii at the points of a polyline; 0: not given
+         real(wp), allocatable, intent(out) :: radius(:) ! corner radii at the points of a polyline; 0: not given
          integer :: i
          ok = .true.
-         allocate (point(2, deck%at%n_lines))
-         if (present(radius)) allocate (radius(deck%at%n_lines), source=0.0_wp)
+         allocate (point(2, deck%at%n_lines), radius(deck%at%n_lines))
          do i = 1, size(point, 2)
             point(:, i) = [deck%real('x'), deck%real('y')]
-            if (present(radius)) then
-               if (deck%given('radius')) radius(i) = deck%real('radius')
-            end if
+            if (obstacle%kind == obstacle_polyline) radius(i) = deck%real('radius')
             if (i > 1) then
                if (norm2(point(:, i) - point(:, i - 1)) <= 0.0_wp) then
                   call deck%wrong_line('the point is at the place of the one before')
@@ -276,9 +273,7 @@ contains
       ok = .false.
       closed = deck%word('ENDS') == 'CLOSED'
       at = [deck%given('START'), deck%given('END')]
-      angle = 0.0_wp
-      if (at(1)) angle(1) = deck%real('START') * degree
-      if (at(2)) angle(2) = deck%real('END') * degree
+      angle = [deck%real('START'), deck%real('END')] * degree
       if (closed) then
          if (any(at)) then
             call deck%wrong(trim(merge('START', 'END  ', at(1))), 'a closed spline has no ends')

@@ -220,6 +220,7 @@ contains
             end associate
          end do
          model%contact = [model%contact, contact]
+         deck%names%contact_origin = [deck%names%contact_origin, deck%at]
       end subroutine read_nodes
    end subroutine read_gap_cards
 
@@ -277,13 +278,7 @@ contains
          integer, intent(in) :: node, component
          integer, intent(in) :: of(2), parts(2)         ! nodes and components to which it is tied; 0: the ground
          real(wp), intent(in) :: factor(2)
-         type(tie_t) :: tie
-         tie%node = node
-         tie%component = component
-         tie%of = pack(of, of > 0)
-         tie%part = pack(parts, of > 0)
-         tie%factor = pack(factor, of > 0)
-         model%tie = [model%tie, tie]
+         model%tie = [model%tie, tie_t(node, component, pack(of, of > 0), pack(parts, of > 0), pack(factor, of > 0))]
          deck%names%tie_origin = [deck%names%tie_origin, deck%at]
       end subroutine follow
    end subroutine make_relative

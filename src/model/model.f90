@@ -345,11 +345,7 @@ contains
    pure type(tie_t) function same_component(node, component, of) result(tie)
       integer, intent(in) :: node, component !! node and component that the tie determines
       integer, intent(in) :: of              !! node to which it is tied
-      tie%node = node
-      tie%component = component
-      tie%of = [of]
-      tie%part = [component]
-      tie%factor = [1.0_wp]
+      tie = tie_t(node, component, of=[of], part=[component], factor=[1.0_wp])
    end function same_component
 
    !> True if any step moves an obstacle, or if a node carries an obstacle.
