@@ -13,44 +13,42 @@ module read_branches
    private
    public :: read_branch_cards, read_limit_curve_cards
 
-   !> Branches of a step and the names of their cards.
-   type :: branch_names_t
-      integer :: step = 0
-      integer :: n = 0                     !! number of cards so far, including those with errors
-      type(definitions_t) :: list
-      integer, allocatable :: branch(:)    !! (names) index of the name's first branch in step%branch
-      logical, allocatable :: two_sides(:) !! (names) true: the name has branches on two sides
-   end type branch_names_t
-
 contains
 
    !> Reads the branches of all steps; a card without SIDE defines two branches.
    subroutine read_branch_cards(deck, model)
       type(checked_deck_t), intent(inout) :: deck       !! contains the monitors
       type(model_t), intent(inout) :: model             !! in: steps with their stops; out: also step%branch
-      type(branch_names_t) :: known
+      type(definitions_t) :: known                      ! names of the present step's branches
+      integer :: step                                   ! the present step
+      integer :: n                                      ! number of its cards so far, including those with errors
+      step = 0
+      n = 0
       do while (deck%next_card('BRANCH', also_bad=.true.))
          if (deck%at%step == 0) cycle
-         if (deck%at%step /= known%step) then
-            known = branch_names_t(step=deck%at%step)
-            allocate (known%branch(0), known%two_sides(0))
+         if (deck%at%step /= step) then
+            step = deck%at%step
+            known = definitions_t()
+            n = 0
          end if
-         known%n = known%n + 1
+         n = n + 1
          if (.not. deck%at%sound) then
-            known%list%incomplete = .true.
-         else if (model%step(known%step)%n_modes == 0) then
-            call read_branch(deck, known, model%step(known%step))
+            known%incomplete = .true.
+         else if (model%step(step)%n_modes == 0) then
+            call read_branch(deck, n, known, model%step(step))
          end if
       end do
    end subroutine read_branch_cards
 
-   subroutine read_branch(deck, known, step)
+   !> Reads a card of a branch.
+   subroutine read_branch(deck, n, known, step)
       type(checked_deck_t), intent(inout) :: deck
-      type(branch_names_t), intent(inout) :: known
+      integer, intent(in) :: n                          ! number of the card in its step
+      type(definitions_t), intent(inout) :: known       ! names of the step's branches so far
       type(step_t), intent(inout) :: step
       type(branch_t) :: branch
       character(:), allocatable :: side
-      branch%name = 'Branch-'//to_text(known%n)
+      branch%name = 'Branch-'//to_text(n)
       if (deck%given('NAME')) branch%name = deck%text('NAME')
       branch%bifurcation = deck%integer('BIFURCATION')
       branch%mode = deck%integer('MODE')
@@ -68,11 +66,9 @@ contains
          call read_bound(deck, branch%stop)
       end do
       if (deck%at%n_lines == 0) branch%stop = step%stop
-      if (.not. deck%defines(known%list, branch%name)) return
+      if (.not. deck%defines(known, branch%name)) return
       side = deck%word('SIDE')
       branch%both = side == 'BOTH'
-      known%branch = [known%branch, size(step%branch) + 1]
-      known%two_sides = [known%two_sides, branch%both]
       if (side /= 'MINUS') then
          branch%side = 1
          step%branch = [step%branch, branch]
@@ -87,12 +83,12 @@ contains
       !> Finds the branch that parameter OF names: a preceding branch with a single side.
       subroutine find_parent()
          integer :: position
-         position = known%list%find(deck%text('OF'))
+         position = known%find(deck%text('OF'))
          if (position > 0) then
-            branch%of = known%branch(position)
-            if (known%two_sides(position)) call deck%wrong('OF', 'branch '//deck%text('OF')// &
+            branch%of = findloc(step%branch%name, known%name(position), 1)
+            if (step%branch(branch%of)%both) call deck%wrong('OF', 'branch '//deck%text('OF')// &
                ' has two sides; give it SIDE=PLUS or MINUS')
-         else if (.not. known%list%incomplete) then
+         else if (.not. known%incomplete) then
             call deck%wrong('OF', 'branch '//deck%text('OF')//' is not defined above this line in the step')
          end if
       end subroutine find_parent

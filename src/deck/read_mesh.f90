@@ -10,7 +10,7 @@ module read_mesh
       & path_curve, graded_division
    use reference_curve, only: curve_point
    use read_obstacles, only: end_spline
-   use checked_deck, only: checked_deck_t, labels_t, take_node_sets
+   use checked_deck, only: checked_deck_t, labels_t
    use distribution, only: same_length
    implicit none
    private
@@ -40,10 +40,10 @@ module read_mesh
 
 contains
 
-   !> Reads all cards of the mesh. Sets mesh, curves and node sets of the model, and makes its other lists empty.
+   !> Reads all cards of the mesh. Sets mesh and curves of the model, and makes its other lists empty.
    subroutine read_mesh_cards(deck, model)
       type(checked_deck_t), intent(inout), target :: deck !! out: with nodes, elements and sets
-      type(model_t), intent(inout) :: model             !! out: with mesh (without sections), curve and node_set
+      type(model_t), intent(inout) :: model             !! out: with mesh (without sections) and curve
       type(mesh_reading_t) :: reading
       integer :: e
       reading%grown = new_growing_mesh()
@@ -72,7 +72,6 @@ contains
          end select
       end do
       call reading%grown%take(model%mesh, model%curve)
-      call take_node_sets(deck%names, model%node_set)
       call empty_lists(model)
       deck%names%above_only = .false.
       allocate (deck%names%connected(model%mesh%n_nodes), source=.false.)

@@ -16,7 +16,7 @@ contains
    !> Reads the releases. They divide chains of elements: cards that need whole chains must be read before.
    subroutine read_release_cards(deck, model)
       type(checked_deck_t), intent(inout) :: deck       !! in: contains mesh; out: also the new nodes
-      type(model_t), intent(inout) :: model             !! out: with new nodes, ties, joint_spring and release
+      type(model_t), intent(inout) :: model             !! out: with new nodes, ties, joint_spring and release, and with node_set
       logical :: free(3)                                ! true for components that the present line releases
       real(wp) :: stiffness                             ! stiffness of a spring in the released components; 0: none
       integer :: set                                    ! node set to which the new nodes are added; 0: none
@@ -48,7 +48,7 @@ contains
             end do
          end do
       end do
-      if (size(model%release) > 0) call take_node_sets(deck%names, model%node_set)
+      call take_node_sets(deck%names, model%node_set)
 
    contains
 

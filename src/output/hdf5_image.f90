@@ -229,18 +229,11 @@ contains
       case (is_integer)
          own_type = h5t_native_integer
       case default
-         call text_type(values%length, own_type, status)
+         ! UTF-8 text of fixed length, padded with null characters
+         call h5tcopy_f(h5t_fortran_s1, own_type, status)
+         if (status >= 0) call h5tset_size_f(own_type, int(values%length, size_t), status)
+         if (status >= 0) call h5tset_strpad_f(own_type, h5t_str_nullpad_f, status)
+         if (status >= 0) call h5tset_cset_f(own_type, h5t_cset_utf8_f, status)
       end select
    end subroutine value_type
-
-   !> The type of UTF-8 text of fixed length, padded with null characters. The caller closes it.
-   subroutine text_type(length, own_type, status)
-      integer, intent(in) :: length             !! bytes, at least 1
-      integer(hid_t), intent(out) :: own_type
-      integer, intent(out) :: status            !! negative if it failed
-      call h5tcopy_f(h5t_fortran_s1, own_type, status)
-      if (status >= 0) call h5tset_size_f(own_type, int(length, size_t), status)
-      if (status >= 0) call h5tset_strpad_f(own_type, h5t_str_nullpad_f, status)
-      if (status >= 0) call h5tset_cset_f(own_type, h5t_cset_utf8_f, status)
-   end subroutine text_type
 end module hdf5_image

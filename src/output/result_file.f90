@@ -30,6 +30,7 @@ module result_file
    public :: result_file_t, table_t, file_create, file_flush, file_close, file_failed, file_error, file_note, put_group, put_data, &
       & put_attribute, text_with_room, is_result
 
+   character(*), parameter :: lock_suffix = '.lock'    !! of the lock file beside a result file
    integer, parameter :: room = 400         !! bytes of the text with room
    character(*), parameter :: spare = achar(127)      !! a character that no text has, for the room behind the text
    real(wp), parameter :: little_memory = 16.0e6_wp   !! bytes: if this memory is not available, the library fails
@@ -85,7 +86,7 @@ contains
       if (status < 0) file%message = 'the HDF5 library could not be started'
       if (status < 0) return
       call resolved_name(file%path, file%target, status)
-      if (status == 0) call lock_file(lock_name(file), file%lock, owner, status)
+      if (status == 0) call lock_file(file%target//lock_suffix, file%lock, owner, status)
       if (status /= 0) then
          why = error_text(status)
          if (status == is_locked) why = 'another run is writing it ('//owner//')'
@@ -101,17 +102,10 @@ contains
       call give_lock_back(file)
    end subroutine file_create
 
-   !> Name of the lock file.
-   pure function lock_name(file) result(name)
-      type(result_file_t), intent(in) :: file
-      character(:), allocatable :: name
-      name = file%target//'.lock'
-   end function lock_name
-
    !> Releases the lock, so that other runs can write the file.
    subroutine give_lock_back(file)
       type(result_file_t), intent(inout) :: file
-      if (file%lock >= 0) call unlock_file(lock_name(file)//c_null_char, file%lock)
+      if (file%lock >= 0) call unlock_file(file%target//lock_suffix//c_null_char, file%lock)
       file%lock = -1
    end subroutine give_lock_back
 
