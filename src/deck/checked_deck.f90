@@ -70,7 +70,7 @@ module checked_deck
       logical :: has_modes = .false.         !! true: an *IMPERFECTION has SHAPE=MODE
       logical, allocatable :: touched(:) !! (obstacles) true: a *CONTACT or *GAP names the obstacle; set when these cards have been
       !! read
-      integer, allocatable :: placed_line(:) !! (curves) index of the data line if it omits the number of elements; else 0
+      integer, allocatable :: curve_line(:) !! (curves) index of the data line that defines the curve, or of its card's last one
       type(position_t), allocatable :: contact_origin(:) !! (contacts) position of the contact's card or line in the deck
       type(position_t), allocatable :: tie_origin(:) !! (ties) position of the tie's card or line in the deck; card 0: the tie
       !! belongs to a release

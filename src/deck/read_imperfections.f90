@@ -114,7 +114,7 @@ contains
          ! The mesh resolves one half wave for each Gauss point of its elements, or for each straight element. If numbers of
          ! elements are omitted, the program may make finer meshes, and the limit is a constant.
          most = sum(max(1, mesh%stages(chain%element)))
-         if (any(deck%names%placed_line(mesh%curve(chain%element)) > 0)) most = max(most, most_of_any_mesh)
+         if (any(mesh%placed(chain%element))) most = max(most, most_of_any_mesh)
          if (deck%real('half waves') > most) then
             call deck%wrong('half waves', deck%text('half waves')//' half waves are more than '//to_text(most)// &
                ', the most that the elements of the chain can follow')

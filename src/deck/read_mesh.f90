@@ -47,7 +47,7 @@ contains
       type(mesh_reading_t) :: reading
       integer :: e
       reading%grown = new_growing_mesh()
-      allocate (deck%names%placed_line(0), reading%corner(0))
+      allocate (deck%names%curve_line(0), reading%corner(0))
       do while (deck%next_card('DISTRIBUTION'))
          if (deck%given('FORMULA')) cycle
          do while (deck%next_line())
@@ -139,7 +139,7 @@ contains
             s = graded_division(curve%length, elements, grading)
             call add_corners(deck, reading%corner, s)
             call mesh_curve(deck, reading, node, s, placed)
-            deck%names%placed_line = [deck%names%placed_line, merge(deck%at%line, 0, placed)]
+            deck%names%curve_line = [deck%names%curve_line, deck%at%line]
          else
             deck%names%mesh_incomplete = .true.
          end if
@@ -187,7 +187,7 @@ contains
          call add_corners(deck, reading%corner, s)
          call mesh_curve(deck, reading, node(i:i + 1), at(i) + s, placed(i))
       end do
-      deck%names%placed_line = [deck%names%placed_line, merge(deck%at%line, 0, all(placed(:size(node) - 1)))]
+      deck%names%curve_line = [deck%names%curve_line, deck%at%line]
    end subroutine read_spline
 
    !> Adds nodes at corners of distributions to the nodes of a curve.

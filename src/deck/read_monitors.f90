@@ -12,7 +12,6 @@ module read_monitors
    use item_values, only: component_dof
    use distribution, only: same_length
    use checked_deck, only: checked_deck_t, element_words
-   use rod_layout, only: layout_t, new_layout
    implicit none
    private
    public :: read_monitor_cards, read_contact_print_cards, read_accuracy_cards, check_placed
@@ -200,49 +199,27 @@ contains
       end do
    end subroutine read_card
 
-   !> Checks omitted numbers of elements: an error estimate by elements of the next order must exist, and it must be permitted to
-   !> move the nodes along the rod.
+   !> Checks omitted numbers of elements: it must be permitted to move the nodes along the rod, so that no contact acts at them.
    subroutine check_placed(deck, model)
-      type(checked_deck_t), intent(inout) :: deck       !! contains the lines that omit numbers of elements
+      type(checked_deck_t), intent(inout) :: deck       !! contains the lines that define curves
       type(model_t), intent(in) :: model                !! model of a completely read deck without errors
-      type(layout_t) :: layout
-      logical :: reported(size(deck%names%placed_line))
-      character(:), allocatable :: why
-      integer :: e, k
-      if (.not. any(model%mesh%placed)) return
-      layout = new_layout(model)
+      logical :: reported(size(model%curve)), stay(model%mesh%n_elements)
+      integer :: c, e
       reported = .false.
-      do k = 1, size(layout%rod_segment)
-         if (.not. layout%rod_segment(k)%placed) cycle
-         e = layout%rod_segment(k)%element(1)
-         associate (curve => model%mesh%curve(e))
-            if (reported(curve)) cycle
-            why = why_not(model, e, layout%rod_segment(k)%free)
-            reported(curve) = why /= ''
-            if (.not. reported(curve)) cycle
-            deck%at = deck%at_line(deck%names%placed_line(curve))
-            call deck%wrong_line('the number of elements cannot be left out here: '//why)
+      do c = size(model%contact), 1, -1
+         associate (contact => model%contact(c), obstacle => model%obstacle(model%contact(c)%obstacle))
+            if (obstacle%at_nodes .or. (obstacle%rigid .and. contact%along) .or. contact%distributed) cycle
+            stay = model%mesh%placed .and. elements_among(model%mesh, contact%node)
+            do e = 1, model%mesh%n_elements
+               if (.not. stay(e)) cycle
+               if (reported(model%mesh%curve(e))) cycle
+               reported(model%mesh%curve(e)) = .true.
+               deck%at = deck%at_line(deck%names%curve_line(model%mesh%curve(e)))
+               call deck%wrong_line('the number of elements cannot be left out here: contact with '//trim(obstacle%name)// &
+                  ' acts at the nodes')
+            end do
          end associate
       end do
       call deck%rewind()
    end subroutine check_placed
-
-   !> Reason why the mesh of a rod segment cannot be made for a tolerance; '' if it can.
-   function why_not(model, e, free) result(why)
-      type(model_t), intent(in) :: model
-      integer, intent(in) :: e                ! index of the segment's first element
-      logical, intent(in) :: free             ! true: the nodes of the segment may move along the rod
-      character(:), allocatable :: why
-      logical :: among(model%mesh%n_elements)
-      integer :: c
-      why = ''
-      if (.not. free) why = 'its nodes have to stay'
-      do c = 1, size(model%contact)
-         among = elements_among(model%mesh, model%contact(c)%node)
-         associate (obstacle => model%obstacle(model%contact(c)%obstacle), contact => model%contact(c))
-            if (.not. among(e) .or. obstacle%at_nodes .or. (obstacle%rigid .and. contact%along) .or. contact%distributed) cycle
-            why = 'contact with '//trim(obstacle%name)//' acts at the nodes'
-         end associate
-      end do
-   end function why_not
 end module read_monitors
