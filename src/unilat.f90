@@ -13,7 +13,7 @@ program unilat
    use errors, only: error_t
    use command_line, only: command_line_t, read_command_line, help_text
    use build_info, only: program_version, compiler, lapack_version, hdf5_version
-   use deck_source, only: deck_source_t, read_source_file, read_source_unit
+   use deck_source, only: deck_source_t, read_source_file, read_source_unit, source_from_text
    use deck_assembly, only: assemble_deck
    use deck_to_model, only: read_deck
    use diagnostics, only: diagnostics_t, diagnostics_report, place_t
@@ -97,11 +97,7 @@ program unilat
       if (allocated(error)) call stop_with(exit_deck_error, error%message)
    end if
    if (options%restart /= '' .and. options%deck == '') then
-      call open_draft(draft)
-      write (draft, '(a)') restart%deck
-      rewind (draft)
-      call read_source_unit(draft, 'the deck of '//options%restart, source, error)
-      close (draft)
+      call source_from_text(restart%deck, 'the deck of '//options%restart, source)
    else if (options%deck == '') then
       call read_source_unit(input_unit, '<stdin>', source, error)
    else
@@ -261,12 +257,7 @@ contains
       type(model_t) :: old_model
       type(diagnostics_t) :: old_diagnostics
       character(:), allocatable :: why
-      call open_draft(draft)
-      write (draft, '(a)') restart%deck
-      rewind (draft)
-      call read_source_unit(draft, options%restart, old, error)
-      close (draft)
-      if (allocated(error)) call stop_with(exit_deck_error, error%message)
+      call source_from_text(restart%deck, options%restart, old)
       call read_deck(old, old_model, old_diagnostics)
       why = why_not_with(old_model, deck_model)
       if (why /= '') call stop_with(exit_deck_error, options%restart//' cannot go on: '//why)

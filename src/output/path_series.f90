@@ -39,7 +39,6 @@ module path_series
    type :: path_series_t
       private
       character(:), allocatable :: group          !! '' for the root, or '/branch/<k>'
-      integer :: n_points = 0, n_critical = 0     !! rows appended so far
       integer :: path = 0, critical = 0, contact = 0, field = 0, force = 0, pressure = 0 !! numbers of the tables; 0: the file has
       !! no such table
       type(contents_t) :: has
@@ -94,10 +93,8 @@ contains
          call end_definition(file, series%field)
       end if
       call open_forces(series, file, model, group)
-      ! If a file is continued, these are its numbers of rows at the checkpoint; later null vectors are removed.
-      series%n_points = table_length(file, series%path)
-      series%n_critical = table_length(file, series%critical)
-      k = series%n_critical + 1
+      ! If a file is continued, its table has the rows up to the checkpoint; later null vectors are removed.
+      k = table_length(file, series%critical) + 1
       do while (place_of(file%items, group//'/critical/null_vector/'//to_text(k), '') > 0)
          call remove_items(file%items, group//'/critical/null_vector/'//to_text(k))
          k = k + 1
@@ -125,27 +122,25 @@ contains
 
    !> Appends one accepted point to every table for which the point has a value.
    subroutine append_point(series, file, point)
-      type(path_series_t), intent(inout) :: series
+      type(path_series_t), intent(in) :: series
       type(result_file_t), intent(inout) :: file
       type(point_t), intent(in) :: point          !! as many monitors and reaction totals as the model has
-      series%n_points = series%n_points + 1
       call put_point(file, series%path, series%has, point)
       if (series%contact > 0) call put_contact(file, series%contact, series%has, point)
       if (series%field > 0 .and. (allocated(point%displacement) .or. allocated(point%section_forces) .or. &
          & allocated(point%reaction) .or. allocated(point%gap))) &
-         & call put_fields(file, series%field, series%has, point, series%n_points)
+         & call put_fields(file, series%field, series%has, point, table_length(file, series%path))
       call append_forces(series, file, point)
    end subroutine append_point
 
    !> Appends one critical point, and stores its null vectors, named by its row number.
    subroutine append_critical(series, file, critical)
-      type(path_series_t), intent(inout) :: series
+      type(path_series_t), intent(in) :: series
       type(result_file_t), intent(inout) :: file
       type(critical_t), intent(in) :: critical    !! as many monitors as the model has
-      series%n_critical = series%n_critical + 1
       call put_critical(file, series%critical, series%has, critical)
-      if (allocated(critical%null_vector)) call put_data(file, series%group//'/critical/null_vector/'//to_text(series%n_critical), &
-         & data_of(critical%null_vector), '1, 1, radian / length', &
+      if (allocated(critical%null_vector)) call put_data(file, series%group//'/critical/null_vector/'// &
+         & to_text(table_length(file, series%critical)), data_of(critical%null_vector), '1, 1, radian / length', &
          & 'null vectors u, v and rotation of every node, the largest translation is 1')
    end subroutine append_critical
 
@@ -306,12 +301,12 @@ contains
       if (series%force == 0) return
       if (allocated(point%contact_force)) then
          do i = 1, size(point%contact_force, 2)
-            call put_push(file, series%force, series%n_points, point%contact_force(:, i), .false.)
+            call put_push(file, series%force, table_length(file, series%path), point%contact_force(:, i), .false.)
          end do
       end if
       if (allocated(point%contact_pressure)) then
          do i = 1, size(point%contact_pressure, 2)
-            call put_push(file, series%pressure, series%n_points, point%contact_pressure(:, i), .true.)
+            call put_push(file, series%pressure, table_length(file, series%path), point%contact_pressure(:, i), .true.)
          end do
       end if
    end subroutine append_forces
