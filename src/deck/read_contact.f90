@@ -21,9 +21,6 @@ contains
       type(checked_deck_t), intent(inout) :: deck       !! contains mesh and obstacles
       type(model_t), intent(inout) :: model             !! out: with contact added
       type(contact_t) :: contact
-      integer :: touched(size(model%obstacle), model%mesh%n_nodes) ! (obstacles, nodes) line of the deck with the *CONTACT that
-      ! names the node; 0: none
-      touched = 0
       allocate (deck%names%contact_origin(0))
       do while (deck%next_card('CONTACT'))
          contact = contact_t()
@@ -31,7 +28,7 @@ contains
          contact%node = with_released(model, deck%nodes('NSET'))
          contact%gap = deck%real('GAP')
          if (contact%obstacle > 0 .and. .not. deck%names%mesh_incomplete) &
-            call check_contact(deck, model, model%obstacle(contact%obstacle), contact, touched(contact%obstacle, :))
+            call check_contact(deck, model, model%obstacle(contact%obstacle), contact)
          model%contact = [model%contact, contact]
          deck%names%contact_origin = [deck%names%contact_origin, deck%at]
       end do
@@ -45,7 +42,6 @@ contains
       type(model_t), intent(inout) :: model !! in: contains obstacles and contacts; out: with further obstacles, contacts and laws
       type(obstacle_t) :: soil
       type(contact_t) :: contact
-      integer :: touched(model%mesh%n_nodes)
       do while (deck%next_card('AXIAL SOIL'))
          if (.not. deck%defines(deck%names%obstacle, deck%text('NAME'))) cycle
          soil = obstacle_t(name=deck%text('NAME'))
@@ -59,8 +55,7 @@ contains
          call read_force()
          call read_rod()
          model%obstacle = [model%obstacle, soil]
-         touched = 0
-         if (.not. deck%names%mesh_incomplete) call check_contact(deck, model, soil, contact, touched)
+         if (.not. deck%names%mesh_incomplete) call check_contact(deck, model, soil, contact)
          model%contact = [model%contact, contact]
          deck%names%contact_origin = [deck%names%contact_origin, deck%at]
       end do
@@ -113,12 +108,11 @@ contains
    end subroutine read_soil_cards
 
    !> Checks a contact, and determines whether the obstacle may act anywhere along the rod.
-   subroutine check_contact(deck, model, obstacle, contact, touched)
+   subroutine check_contact(deck, model, obstacle, contact)
       type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(in) :: model
       type(obstacle_t), intent(in) :: obstacle          ! obstacle of the contact
       type(contact_t), intent(inout) :: contact         ! out: components along, distributed and needs are set
-      integer, intent(inout) :: touched(:)
       character(:), allocatable :: set
       logical :: soil, may_overlap
       may_overlap = obstacle%bilateral .or. deck%names%pushed_out%find(obstacle%name) > 0
@@ -138,18 +132,19 @@ contains
 
       !> Checks that the candidates are nodes of elements, not listed twice, and on the free side of the obstacle.
       subroutine check_candidates()
-         integer :: i
+         integer :: touched(model%mesh%n_nodes)  ! (nodes) line of the deck with the *CONTACT that names the node; 0: none
+         integer :: c, i
          if (.not. deck%on_elements(set, model%mesh, contact%node)) return
-         do i = 1, size(contact%node)
-            associate (node => contact%node(i))
-               if (touched(node) > 0) then
-                  call deck%wrong(set, node_words(model%mesh, node)//' is a candidate for this obstacle already, from '// &
-                     deck%source%line_words(touched(node)))
-                  return
-               end if
-               touched(node) = deck%at%card_at
-            end associate
+         touched = 0
+         do c = size(model%contact), 1, -1
+            if (model%contact(c)%obstacle == contact%obstacle) touched(model%contact(c)%node) = deck%names%contact_origin(c)%card_at
          end do
+         i = findloc(touched(contact%node) > 0, .true., 1)
+         if (i > 0) then
+            call deck%wrong(set, node_words(model%mesh, contact%node(i))//' is a candidate for this obstacle already, from '// &
+               deck%source%line_words(touched(contact%node(i))))
+            return
+         end if
          call check_size()
          if (may_overlap) return
          ! If obstacles or imperfections have errors, the positions of the obstacle or of the nodes may be wrong: no further

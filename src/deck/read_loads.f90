@@ -57,37 +57,30 @@ contains
             ! A step that has modes as imperfections starts from the stress-free structure.
             if (deck%last_card('IMPERFECTION', s) > 0) shrunk_in = 0
          end do
-         do while (deck%next_line())
-            call read_line(deck, model, prescribed_in, shrunk_in, model%step(s)%load)
-         end do
+         associate (load => model%step(s)%load)
+            do while (deck%next_line())
+               select case (deck%at%keyword)
+               case ('CLOAD')
+                  call read_node_load(deck, model, load)
+               case ('POLE LOAD')
+                  call read_pole_load(deck, model, load)
+               case ('DLOAD')
+                  call read_element_load(deck, model, load)
+               case ('LIQUID')
+                  call read_liquid(deck, model, load)
+               case ('TEMPERATURE')
+                  call read_temperature(deck, model, load)
+               case ('OBSTACLE MOTION')
+                  call read_motion(deck, model, load)
+               case ('CONTACT INTERFERENCE')
+                  call read_interference(deck, model, shrunk_in, load)
+               case ('BOUNDARY')
+                  call read_displacement(deck, model, prescribed_in, load)
+               end select
+            end do
+         end associate
       end do
    end subroutine read_load_cards
-
-   !> Reads one data line of a load.
-   subroutine read_line(deck, model, prescribed_in, shrunk_in, load)
-      type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(in) :: model
-      integer, intent(inout) :: prescribed_in(:, :), shrunk_in(:) !! see read_load_cards
-      type(load_t), intent(inout) :: load        !! loads of the step
-      select case (deck%at%keyword)
-      case ('CLOAD')
-         call read_node_load(deck, model, load)
-      case ('POLE LOAD')
-         call read_pole_load(deck, model, load)
-      case ('DLOAD')
-         call read_element_load(deck, model, load)
-      case ('LIQUID')
-         call read_liquid(deck, model, load)
-      case ('TEMPERATURE')
-         call read_temperature(deck, model, load)
-      case ('OBSTACLE MOTION')
-         call read_motion(deck, model, load)
-      case ('CONTACT INTERFERENCE')
-         call read_interference(deck, model, shrunk_in, load)
-      case ('BOUNDARY')
-         call read_displacement(deck, model, prescribed_in, load)
-      end select
-   end subroutine read_line
 
    !> Reads a data line of *CLOAD: node or set, dof, magnitude.
    subroutine read_node_load(deck, model, load)

@@ -83,18 +83,8 @@ contains
             obstacle%carrier = deck%node('NODE')
             if (obstacle%carrier > 0) deck%names%connected(obstacle%carrier) = .true.
          end if
-         call read_foundation()
-         ok = deck%lines_sound()
-         if (ok .and. obstacle%ground /= ground_independent) then
-            ok = deck%word('TYPE') == 'LINE'
-            if (.not. ok) call deck%wrong('FOUNDATION', deck%word('FOUNDATION')// &
-               ' needs TYPE=LINE: it carries load along a plane surface')
-         end if
-         if (obstacle%ground == ground_half_space .and. deck%lines_sound() .and. .not. deck%given('WIDTH')) then
-            call deck%wrong('FOUNDATION', 'HALF SPACE needs WIDTH, of the strip that presses on it')
-            ok = .false.
-         end if
-         if (ok) call read_shape()
+         call read_foundation(deck, obstacle, ok)
+         if (ok) call read_shape(deck, obstacle, ok)
          if (.not. ok) then
             ! An invalid obstacle is replaced by one for which gaps can be computed, so that cards that refer to it can still be
             ! checked.
@@ -104,84 +94,98 @@ contains
          end if
          model%obstacle = [model%obstacle, obstacle]
       end do
+   end subroutine read_obstacle_cards
+
+   !> Reads kind and constants of the obstacle's foundation.
+   subroutine read_foundation(deck, obstacle, ok)
+      type(checked_deck_t), intent(inout) :: deck
+      type(obstacle_t), intent(inout) :: obstacle
+      logical, intent(out) :: ok           ! false: the foundation is wrong, or a data line
+      real(wp) :: width
+      width = deck%real('WIDTH')
+      obstacle%rigid = deck%word('FOUNDATION') == 'RIGID'
+      select case (deck%word('FOUNDATION'))
+      case ('WINKLER')
+         obstacle%modulus = deck%real('MODULUS') * width
+      case ('PASTERNAK')
+         obstacle%ground = ground_pasternak
+         obstacle%width = width
+         obstacle%modulus = deck%real('MODULUS') * width
+         obstacle%shear = deck%real('SHEAR') * width
+      case ('HALF SPACE')
+         obstacle%ground = ground_half_space
+         obstacle%width = width
+         obstacle%young = deck%real('YOUNG')
+         obstacle%poisson = deck%real('POISSON')
+      case ('LAW')
+         obstacle%width = width
+         obstacle%law = deck%named('LAW', deck%names%law, 'foundation law')
+      end select
+      ok = deck%lines_sound()
+      if (.not. ok .or. obstacle%ground == ground_independent) return
+      ok = deck%word('TYPE') == 'LINE'
+      if (.not. ok) call deck%wrong('FOUNDATION', deck%word('FOUNDATION')// &
+         ' needs TYPE=LINE: it carries load along a plane surface')
+      if (obstacle%ground /= ground_half_space .or. deck%given('WIDTH')) return
+      call deck%wrong('FOUNDATION', 'HALF SPACE needs WIDTH, of the strip that presses on it')
+      ok = .false.
+   end subroutine read_foundation
+
+   !> Reads kind, position and size of the obstacle.
+   subroutine read_shape(deck, obstacle, ok)
+      type(checked_deck_t), intent(inout) :: deck
+      type(obstacle_t), intent(inout) :: obstacle
+      logical, intent(out) :: ok
+      logical :: closed
+      real(wp), allocatable :: radius(:) ! corner radii at the points of a polyline; 0: not given
+      ok = deck%next_line()
+      select case (deck%word('TYPE'))
+      case ('LINE')
+         obstacle%kind = obstacle_line
+         obstacle%point = reshape([deck%real('x1'), deck%real('y1'), deck%real('x2'), deck%real('y2')], [2, 2])
+         ok = norm2(obstacle%point(:, 2) - obstacle%point(:, 1)) > 0.0_wp
+         if (.not. ok) call deck%wrong_line('both points are at the same place')
+      case ('CIRCLE')
+         obstacle%kind = obstacle_circle
+         obstacle%inside = deck%word('SIDE') == 'INSIDE'
+         call read_centre()
+      case ('ARC')
+         obstacle%kind = obstacle_arc
+         call read_centre()
+         obstacle%angle = [deck%real('start'), deck%real('end')] * degree
+         associate (turn => abs(deck%real('end') - deck%real('start')))
+            ok = turn > 0.0_wp .and. turn <= half_turn
+            if (turn <= 0.0_wp) then
+               call deck%wrong('end', 'the arc ends where it starts')
+            else if (.not. ok) then
+               call deck%wrong('end', 'the arc turns by '//to_text(turn)//' degrees; beyond 180 its straight continuations meet')
+            else
+               obstacle%curve = arc_curve(obstacle%centre, obstacle%radius, obstacle%angle(1), obstacle%angle(2))
+            end if
+         end associate
+      case ('POLYLINE')
+         obstacle%kind = obstacle_polyline
+         call read_points()
+         if (ok) call read_polyline(deck, radius, obstacle, ok)
+      case ('SPLINE')
+         obstacle%kind = obstacle_spline
+         call read_points()
+         if (ok) call end_spline(deck, obstacle%point, closed, ok)
+         if (ok) obstacle%curve = spline_curve(obstacle%point, closed)
+      case ('ELLIPSE')
+         obstacle%kind = obstacle_spline
+         obstacle%point = ellipse_points([deck%real('xc'), deck%real('yc')], [deck%real('a'), deck%real('b')], &
+            deck%real('angle') * degree, anticlockwise=deck%word('SIDE') == 'INSIDE')
+         obstacle%curve = spline_curve(obstacle%point, closed=.true.)
+      end select
+      if (.not. ok .or. .not. allocated(obstacle%curve%piece)) return
+      ok = .not. crosses_itself(obstacle%curve)
+      if (ok) return
+      if (obstacle%curve%closed) call deck%wrong('TYPE', 'the obstacle meets itself')
+      if (.not. obstacle%curve%closed) call deck%wrong('TYPE', &
+         'the obstacle, which goes on straight beyond both ends, meets itself')
 
    contains
-
-      !> Reads kind and constants of the obstacle's foundation.
-      subroutine read_foundation()
-         real(wp) :: width
-         width = deck%real('WIDTH')
-         obstacle%rigid = deck%word('FOUNDATION') == 'RIGID'
-         select case (deck%word('FOUNDATION'))
-         case ('WINKLER')
-            obstacle%modulus = deck%real('MODULUS') * width
-         case ('PASTERNAK')
-            obstacle%ground = ground_pasternak
-            obstacle%width = width
-            obstacle%modulus = deck%real('MODULUS') * width
-            obstacle%shear = deck%real('SHEAR') * width
-         case ('HALF SPACE')
-            obstacle%ground = ground_half_space
-            obstacle%width = width
-            obstacle%young = deck%real('YOUNG')
-            obstacle%poisson = deck%real('POISSON')
-         case ('LAW')
-            obstacle%width = width
-            obstacle%law = deck%named('LAW', deck%names%law, 'foundation law')
-         end select
-      end subroutine read_foundation
-
-      !> Reads kind, position and size of the obstacle.
-      subroutine read_shape()
-         logical :: closed
-         real(wp), allocatable :: radius(:)
-         ok = deck%next_line()
-         select case (deck%word('TYPE'))
-         case ('LINE')
-            obstacle%kind = obstacle_line
-            obstacle%point = reshape([deck%real('x1'), deck%real('y1'), deck%real('x2'), deck%real('y2')], [2, 2])
-            ok = norm2(obstacle%point(:, 2) - obstacle%point(:, 1)) > 0.0_wp
-            if (.not. ok) call deck%wrong_line('both points are at the same place')
-         case ('CIRCLE')
-            obstacle%kind = obstacle_circle
-            obstacle%inside = deck%word('SIDE') == 'INSIDE'
-            call read_centre()
-         case ('ARC')
-            obstacle%kind = obstacle_arc
-            call read_centre()
-            obstacle%angle = [deck%real('start'), deck%real('end')] * degree
-            associate (turn => abs(deck%real('end') - deck%real('start')))
-               ok = turn > 0.0_wp .and. turn <= half_turn
-               if (turn <= 0.0_wp) then
-                  call deck%wrong('end', 'the arc ends where it starts')
-               else if (.not. ok) then
-                  call deck%wrong('end', 'the arc turns by '//to_text(turn)//' degrees; beyond 180 its straight continuations meet')
-               else
-                  obstacle%curve = arc_curve(obstacle%centre, obstacle%radius, obstacle%angle(1), obstacle%angle(2))
-               end if
-            end associate
-         case ('POLYLINE')
-            obstacle%kind = obstacle_polyline
-            call read_points(obstacle%point, radius)
-            if (ok) call read_polyline(radius)
-         case ('SPLINE')
-            obstacle%kind = obstacle_spline
-            call read_points(obstacle%point, radius)
-            if (ok) call end_spline(deck, obstacle%point, closed, ok)
-            if (ok) obstacle%curve = spline_curve(obstacle%point, closed)
-         case ('ELLIPSE')
-            obstacle%kind = obstacle_spline
-            obstacle%point = ellipse_points([deck%real('xc'), deck%real('yc')], [deck%real('a'), deck%real('b')], &
-               deck%real('angle') * degree, anticlockwise=deck%word('SIDE') == 'INSIDE')
-            obstacle%curve = spline_curve(obstacle%point, closed=.true.)
-         end select
-         if (.not. ok .or. .not. allocated(obstacle%curve%piece)) return
-         ok = .not. crosses_itself(obstacle%curve)
-         if (ok) return
-         if (obstacle%curve%closed) call deck%wrong('TYPE', 'the obstacle meets itself')
-         if (.not. obstacle%curve%closed) call deck%wrong('TYPE', &
-            'the obstacle, which goes on straight beyond both ends, meets itself')
-      end subroutine read_shape
 
       !> Reads centre and radius of a circle or an arc.
       subroutine read_centre()
@@ -191,17 +195,15 @@ contains
       end subroutine read_centre
 
       !> Reads the points of a polyline or spline; neighbouring points must be different.
-      subroutine read_points(point, radius)
-         real(wp), allocatable, intent(out) :: point(:, :)
-         real(wp), allocatable, intent(out) :: radius(:) ! corner radii at the points of a polyline; 0: not given
+      subroutine read_points()
          integer :: i
          ok = .true.
-         allocate (point(2, deck%at%n_lines), radius(deck%at%n_lines))
-         do i = 1, size(point, 2)
-            point(:, i) = [deck%real('x'), deck%real('y')]
+         allocate (obstacle%point(2, deck%at%n_lines), radius(deck%at%n_lines))
+         do i = 1, deck%at%n_lines
+            obstacle%point(:, i) = [deck%real('x'), deck%real('y')]
             if (obstacle%kind == obstacle_polyline) radius(i) = deck%real('radius')
             if (i > 1) then
-               if (norm2(point(:, i) - point(:, i - 1)) <= 0.0_wp) then
+               if (norm2(obstacle%point(:, i) - obstacle%point(:, i - 1)) <= 0.0_wp) then
                   call deck%wrong_line('the point is at the place of the one before')
                   ok = .false.
                end if
@@ -209,55 +211,58 @@ contains
             if (.not. deck%next_line()) exit
          end do
       end subroutine read_points
+   end subroutine read_shape
 
-      !> Makes the curve of a polyline; `own`: corner radii at its points, 0: not given.
-      subroutine read_polyline(own)
-         real(wp), intent(in) :: own(:)
-         real(wp), allocatable :: point(:, :), radius(:)
-         real(wp) :: widest
-         logical :: closed
-         integer :: i, before, beyond
-         closed = deck%word('ENDS') == 'CLOSED'
-         ok = .not. closed .or. size(own) > 2
-         if (.not. ok) call deck%wrong('ENDS', 'a closed polyline has 3 points or more')
-         if (.not. ok) return
-         beyond = merge(2, 0, closed)
-         before = deck%at%line - size(own)
-         point = obstacle%point
-         associate (n => size(point, 2)) ! each point of a closed polyline has two neighbours on both sides
-            if (closed) point = reshape([point(:, n - 1:n), point, point(:, 1:2)], [2, n + 4])
-         end associate
-         do i = 2, size(point, 2) - 1
-            if (i <= beyond .or. i > size(point, 2) - beyond) cycle
-            if (abs(corner_turn(point, i)) < back * degree) cycle
-            deck%at = deck%at_line(before + i - beyond)
-            call deck%wrong_line('the polyline turns back at this point')
-            ok = .false.
-         end do
-         if (.not. ok) return
-         widest = widest_corner_radius(point)
-         obstacle%radius = default_corner_radius(point)
-         if (deck%given('RADIUS')) obstacle%radius = deck%real('RADIUS')
-         if (any(own > 0.0_wp)) then
-            radius = merge(own, obstacle%radius, own > 0.0_wp)
-            if (closed) radius = [radius(size(own) - 1:), radius, radius(:2)]
-            i = misfit(point, radius)
-            ok = i == 0
-            if (.not. ok) then
-               deck%at = deck%at_line(before + 1 + modulo(i - beyond - 1, size(own)))
-               call deck%wrong_line('the corners here and at the point before, of radii '//to_text(radius(i - 1))//' and '// &
-                  to_text(radius(i))//', do not fit between the points')
-               return
-            end if
-         else
-            ok = obstacle%radius / (1.0_wp + 4 * epsilon(widest)) <= widest ! `widest` is huge if there are no corners
-            allocate (radius(size(point, 2)), source=min(obstacle%radius, widest))
-            if (.not. ok) call deck%wrong('RADIUS', 'corners of this radius do not fit between the points; at most '// &
-               to_text(rounded_down(widest)))
+   !> Makes the curve of a polyline from its points.
+   subroutine read_polyline(deck, own, obstacle, ok)
+      type(checked_deck_t), intent(inout) :: deck       ! position at the last line of the card
+      real(wp), intent(in) :: own(:)                    ! corner radii at the points, 0: not given
+      type(obstacle_t), intent(inout) :: obstacle       ! in: with the points; out: also with the curve
+      logical, intent(out) :: ok
+      real(wp), allocatable :: point(:, :), radius(:)
+      real(wp) :: widest
+      logical :: closed
+      integer :: i, before, beyond
+      closed = deck%word('ENDS') == 'CLOSED'
+      ok = .not. closed .or. size(own) > 2
+      if (.not. ok) call deck%wrong('ENDS', 'a closed polyline has 3 points or more')
+      if (.not. ok) return
+      beyond = merge(2, 0, closed)
+      before = deck%at%line - size(own)
+      point = obstacle%point
+      associate (n => size(point, 2)) ! each point of a closed polyline has two neighbours on both sides
+         if (closed) point = reshape([point(:, n - 1:n), point, point(:, 1:2)], [2, n + 4])
+      end associate
+      do i = 2, size(point, 2) - 1
+         if (i <= beyond .or. i > size(point, 2) - beyond) cycle
+         if (abs(corner_turn(point, i)) < back * degree) cycle
+         deck%at = deck%at_line(before + i - beyond)
+         call deck%wrong_line('the polyline turns back at this point')
+         ok = .false.
+      end do
+      if (.not. ok) return
+      widest = widest_corner_radius(point)
+      obstacle%radius = default_corner_radius(point)
+      if (deck%given('RADIUS')) obstacle%radius = deck%real('RADIUS')
+      if (any(own > 0.0_wp)) then
+         radius = merge(own, obstacle%radius, own > 0.0_wp)
+         if (closed) radius = [radius(size(own) - 1:), radius, radius(:2)]
+         i = misfit(point, radius)
+         ok = i == 0
+         if (.not. ok) then
+            deck%at = deck%at_line(before + 1 + modulo(i - beyond - 1, size(own)))
+            call deck%wrong_line('the corners here and at the point before, of radii '//to_text(radius(i - 1))//' and '// &
+               to_text(radius(i))//', do not fit between the points')
+            return
          end if
-         if (ok) obstacle%curve = polyline_curve(point, radius, closed)
-      end subroutine read_polyline
-   end subroutine read_obstacle_cards
+      else
+         ok = obstacle%radius / (1.0_wp + 4 * epsilon(widest)) <= widest ! `widest` is huge if there are no corners
+         allocate (radius(size(point, 2)), source=min(obstacle%radius, widest))
+         if (.not. ok) call deck%wrong('RADIUS', 'corners of this radius do not fit between the points; at most '// &
+            to_text(rounded_down(widest)))
+      end if
+      if (ok) obstacle%curve = polyline_curve(point, radius, closed)
+   end subroutine read_polyline
 
    !> Adds the points behind the ends of a spline, of an obstacle or of a rod, that parameters ENDS, START and END request: closed,
    !> or with a direction at which its mirror image continues it. Errors are added to the deck.
