@@ -8,7 +8,7 @@ module formula
    use text, only: parse_real, same_name, blanks, nearest_word, word_index, word_at
    implicit none
    private
-   public :: evaluate, is_plain_name, is_reserved
+   public :: evaluate, is_plain_name, is_reserved, span_of, letters, digits
 
    character(*), parameter :: letters = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_', digits = '0123456789'
    character(*), parameter :: one_argument = 'sqrt|sin|cos|tan|asin|acos|atan|exp|log|abs|radians|degrees'
@@ -361,7 +361,8 @@ contains
 
    !> Number of leading characters of a text that belong to a set.
    pure integer function span_of(string, set)
-      character(*), intent(in) :: string, set
+      character(*), intent(in) :: string !! the text
+      character(*), intent(in) :: set    !! the characters of the set
       span_of = verify(string, set) - 1
       if (span_of < 0) span_of = len(string)
    end function span_of

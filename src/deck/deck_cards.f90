@@ -3,6 +3,7 @@
 !> This module does not depend on which cards exist. A keyword line that ends with a comma continues on the next line. Comments
 !> (lines that begin with **) and blank lines are allowed everywhere.
 module deck_cards
+   use, intrinsic :: iso_fortran_env, only: int8
    use kinds, only: wp
    use text, only: blanks, squeeze
    use deck_source, only: deck_source_t, first_letter
@@ -63,10 +64,10 @@ contains
       integer :: line, first, commas
       logical :: misplaced
       deck%source = source
-      commas = occurrences(source%text, ',')
+      commas = count(transfer(source%text, [integer(int8) ::]) == iachar(',', int8))
       ! A line has at most as many parameters as commas, and one more field than commas.
-      allocate (deck%card(occurrences(source%text, '*') + 1), deck%parameter(commas), deck%data_line(source%n_lines), &
-         & deck%field(source%n_lines + commas))
+      allocate (deck%card(count(transfer(source%text, [integer(int8) ::]) == iachar('*', int8)) + 1), deck%parameter(commas), &
+         & deck%data_line(source%n_lines), deck%field(source%n_lines + commas))
       misplaced = .false.
       line = 0
       do while (line < source%n_lines)
@@ -216,17 +217,6 @@ contains
          from = from + length + 1
       end subroutine next_part
    end subroutine split_deck
-
-   !> Number of occurrences of a letter in a text.
-   pure integer function occurrences(string, letter)
-      character(*), intent(in) :: string
-      character(1), intent(in) :: letter
-      integer :: i
-      occurrences = 0
-      do i = 1, len(string)
-         if (string(i:i) == letter) occurrences = occurrences + 1
-      end do
-   end function occurrences
 
    !> The text at a place; '' if it is empty.
    pure function text_at(self, place) result(string)

@@ -6,7 +6,7 @@ module deck_parameters
    use lookup, only: name_list_t
    use deck_source, only: growing_text_t, deck_parameter_t, spot_t
    use diagnostics, only: most_shown
-   use formula, only: evaluate, is_plain_name, is_reserved
+   use formula, only: evaluate, is_plain_name, is_reserved, span_of, letters, digits
    implicit none
    private
    public :: deck_parameters_t
@@ -267,29 +267,14 @@ contains
       integer :: length
       first = from
       do while (first <= len(string))
-         if (is_plain_name(string(first:first))) exit
+         length = span_of(string(first:), letters//digits)
+         last = first + length - 1
          ! The e of a number such as 1e5 is not a name.
-         length = 1
-         if (scan(string(first:first), '0123456789') == 1) length = word_length(first)
-         first = first + length
+         if (length > 0 .and. scan(string(first:first), digits) == 0) return
+         first = first + max(length, 1)
       end do
-      if (first > len(string)) then
-         first = 0
-         last = len(string)
-      else
-         last = first + word_length(first) - 1
-      end if
-
-   contains
-
-      !> Number of letters, digits and underscores from a position on.
-      pure integer function word_length(at)
-         integer, intent(in) :: at
-         do word_length = 1, len(string) - at
-            if (.not. is_plain_name('a'//string(at + word_length:at + word_length))) return
-         end do
-         word_length = len(string) - at + 1
-      end function word_length
+      first = 0
+      last = len(string)
    end subroutine next_name
 
    !> A text without the blanks at its ends.

@@ -131,10 +131,7 @@ contains
    pure integer function characters(string)
       character(*), intent(in) :: string
       integer :: i
-      characters = 0
-      do i = 1, len(string)
-         if (.not. inside_character(string(i:i))) characters = characters + 1
-      end do
+      characters = count([(.not. inside_character(string(i:i)), i=1, len(string))])
    end function characters
 
    !> True if a place is before another one; the deck as a whole comes last.

@@ -4,6 +4,7 @@ module item_values
    use kinds, only: wp, name_length
    use text, only: to_text, nearest_word, parse_integer, parse_real, word_index, separated
    use printable_text, only: quoted
+   use formula, only: letters, digits
    use card_spec, only: item_t, bound_words, kind_word, kind_name, kind_integer, kind_real, kind_label, &
       kind_label_or_set, kind_dof, kind_component, kind_distributed, positive, not_negative, not_zero, below_one, poisson
    use card_table, only: foreign_answer
@@ -159,8 +160,7 @@ contains
    !> True for a letter or underscore that is followed by letters, digits, _ - . + (at most name_length characters).
    pure logical function is_name(string)
       character(*), intent(in) :: string
-      character(*), parameter :: letters = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_'
-      is_name = len(string) > 0 .and. len(string) <= name_length .and. verify(string, letters//'0123456789-.+') == 0
+      is_name = len(string) > 0 .and. len(string) <= name_length .and. verify(string, letters//digits//'-.+') == 0
       if (is_name) is_name = index(letters, string(1:1)) > 0
    end function is_name
 

@@ -196,7 +196,7 @@ contains
       type(c_ptr), target :: pointer(1)
       type(c_ptr) :: data
       character(kind=c_char), pointer :: letters(:)
-      integer :: status, i, n
+      integer :: status, n
       text = ''
       pointer(1) = c_null_ptr
       data = c_loc(pointer)
@@ -207,9 +207,6 @@ contains
       do while (letters(n + 1) /= c_null_char)
          n = n + 1
       end do
-      text = repeat(' ', n)
-      do i = 1, n
-         text(i:i) = letters(i)
-      end do
+      text = transfer(letters(:n), repeat(' ', n))
    end function varying_text
 end module hdf5_contents
