@@ -119,6 +119,8 @@ contains
       integer, intent(in) :: element(:)          !! (new elements) an element of `self` on the same rod segment
       type(load_t) :: mapped
       integer :: i
+      mapped = self
+      deallocate (mapped%node_force, mapped%displacement)
       allocate (mapped%node_force(3, size(node)), mapped%displacement(3, size(node)), source=0.0_wp)
       do i = 1, size(node)
          if (node(i) == 0) cycle
@@ -128,16 +130,11 @@ contains
       mapped%line_force = self%line_force(:, element)
       mapped%pressure = self%pressure(element)
       mapped%gradient = self%gradient(:, element)
-      mapped%line_load = self%line_load
       do i = 1, size(mapped%line_load)
          mapped%line_load(i)%on = self%line_load(i)%on(element)
       end do
       mapped%strain = self%strain(element)
       mapped%curvature = self%curvature(element)
-      mapped%motion = self%motion
-      mapped%closing = self%closing
-      mapped%resolved = self%resolved
-      mapped%pole_load = self%pole_load
       do i = 1, size(mapped%pole_load)
          mapped%pole_load(i)%node = findloc(node, self%pole_load(i)%node, 1)
       end do

@@ -238,20 +238,19 @@ contains
       mesh%x = self%x(:, :self%n_nodes)
       mesh%x_nominal = mesh%x
       mesh%n_elements = self%n_elements
-      associate (n => self%n_elements)
-         allocate (mesh%element_label(n), mesh%node(2, n), mesh%family(n), mesh%stages(n), mesh%curve(n), mesh%s(2, n))
-         allocate (mesh%placed(n))
-         allocate (mesh%section(n), source=0)
+      associate (element => self%element(:self%n_elements))
+         mesh%element_label = element%label
+         mesh%family = element%family
+         mesh%stages = element%stages
+         mesh%curve = element%curve
+         mesh%placed = element%placed
+         allocate (mesh%section(size(element)), source=0)
+         allocate (mesh%node(2, size(element)), mesh%s(2, size(element)))
+         do e = 1, size(element)
+            mesh%node(:, e) = element(e)%node
+            mesh%s(:, e) = element(e)%s
+         end do
       end associate
-      do e = 1, self%n_elements
-         mesh%element_label(e) = self%element(e)%label
-         mesh%node(:, e) = self%element(e)%node
-         mesh%family(e) = self%element(e)%family
-         mesh%stages(e) = self%element(e)%stages
-         mesh%curve(e) = self%element(e)%curve
-         mesh%s(:, e) = self%element(e)%s
-         mesh%placed(e) = self%element(e)%placed
-      end do
       allocate (curve(self%n_curves))
       if (self%n_curves > 0) curve = self%curve(:self%n_curves)
    end subroutine take
