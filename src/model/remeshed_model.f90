@@ -2,7 +2,7 @@
 module remeshed_model
    use kinds, only: wp
    use model, only: model_t, curve_t, mesh_t, contact_t, imperfection_t
-   use rod_layout, only: layout_t, segment_element, segment_place
+   use rod_layout, only: layout_t, segment_element
    use reference_curve, only: curve_point
    implicit none
    private
@@ -154,28 +154,24 @@ contains
       type(imperfection_t) :: none(0)
       type(curve_t) :: perfect
       real(wp) :: s, angle, speed, tau
-      integer :: c, k, next
+      integer :: k, next
       associate (rod => layout%rod_segment(rod_segment))
          k = segment_element(rod, at)
          tau = (at - rod%at(k)) / (rod%at(k + 1) - rod%at(k))
-         associate (ends => deck%mesh%node(:, rod%element(k)))
-            next = ends(merge(1, 2, tau < 0.5_wp))
+         associate (e => rod%element(k))
+            next = deck%mesh%node(merge(1, 2, tau < 0.5_wp), e)
             mesh%node_label(node) = deck%mesh%node_label(next)
             if (abs(at - rod%at(k)) <= 0.0_wp) then
                mesh%x(:, node) = deck%mesh%x(:, next)
                mesh%x_nominal(:, node) = deck%mesh%x_nominal(:, next)
                return
             end if
-            call segment_place(deck, layout, rod_segment, at, c, s)
-            if (c == 0) then
-               mesh%x(:, node) = (1.0_wp - tau) * deck%mesh%x(:, ends(1)) + tau * deck%mesh%x(:, ends(2))
-               mesh%x_nominal(:, node) = (1.0_wp - tau) * deck%mesh%x_nominal(:, ends(1)) + tau * deck%mesh%x_nominal(:, ends(2))
-            else
-               perfect = deck%curve(c)
-               perfect%imperfection = 0
-               call curve_point(perfect, none, s, mesh%x_nominal(:, node), angle, speed)
-               call curve_point(deck%curve(c), deck%imperfection, s, mesh%x(:, node), angle, speed)
-            end if
+            ! Elsewhere the segment is free, and its elements are on curves.
+            s = at - layout%origin(e)
+            perfect = deck%curve(deck%mesh%curve(e))
+            perfect%imperfection = 0
+            call curve_point(perfect, none, s, mesh%x_nominal(:, node), angle, speed)
+            call curve_point(deck%curve(deck%mesh%curve(e)), deck%imperfection, s, mesh%x(:, node), angle, speed)
          end associate
       end associate
    end subroutine place_node

@@ -11,7 +11,7 @@ module rod_layout
    use reference_curve, only: curve_goes_on
    implicit none
    private
-   public :: layout_t, rod_segment_t, new_layout, segment_element, segment_place
+   public :: layout_t, rod_segment_t, new_layout, segment_element
 
    !> A rod between two segment boundaries.
    type :: rod_segment_t
@@ -221,24 +221,4 @@ contains
       real(wp), intent(in) :: at              !! coordinate along the segment; beyond its ends the first or last element is returned
       k = piece_at(rod_segment%at, at)
    end function segment_element
-
-   !> Curve of the deck's element that contains a coordinate of a rod segment, and the nominal coordinate at this point.
-   pure subroutine segment_place(model, layout, rod_segment, at, curve, s)
-      type(model_t), intent(in) :: model      !! model of the deck
-      type(layout_t), intent(in) :: layout
-      integer, intent(in) :: rod_segment
-      real(wp), intent(in) :: at              !! coordinate, 0 to the length of the segment
-      integer, intent(out) :: curve           !! index of the curve; 0: the element is straight between its nodes
-      real(wp), intent(out) :: s
-      integer :: e, k
-      associate (rod => layout%rod_segment(rod_segment))
-         k = segment_element(rod, at)
-         e = rod%element(k)
-         curve = model%mesh%curve(e)
-         s = at - layout%origin(e)
-         ! At the deck's nodes the coordinate is exactly that of the deck.
-         if (abs(at - rod%at(k)) <= 0.0_wp) s = model%mesh%s(1, e)
-         if (abs(at - rod%at(k + 1)) <= 0.0_wp) s = model%mesh%s(2, e)
-      end associate
-   end subroutine segment_place
 end module rod_layout

@@ -325,13 +325,10 @@ contains
       integer, intent(in) :: length               !! bytes of each text in the file
       character(length), allocatable :: value(:)
       character(1), allocatable :: bytes(:)
-      integer :: i
       bytes = bytes_in(items, path, '', is_text)
       where (bytes == c_null_char) bytes = ' '
       allocate (value(size(bytes) / length))
-      do i = 1, size(value)
-         value(i) = transfer(bytes((i - 1) * length + 1:i * length), value(i))
-      end do
+      value = transfer(bytes, value, size(value))
    end function texts_in
 
    !> Text of an attribute; '' if it is missing.
@@ -340,13 +337,9 @@ contains
       character(*), intent(in) :: path, name      !! path of the object ('': the file); name of the attribute
       character(:), allocatable :: text
       character(1), allocatable :: bytes(:)
-      integer :: i
       bytes = bytes_in(items, path, name, is_text)
-      text = repeat(' ', size(bytes))
-      do i = 1, size(bytes)
-         if (bytes(i) /= c_null_char) text(i:i) = bytes(i)
-      end do
-      text = trim(text)
+      where (bytes == c_null_char) bytes = ' '
+      text = trim(transfer(bytes, repeat(' ', size(bytes))))
    end function text_in
 
    !> Bytes of the values of an item; none if there is no item of this type.

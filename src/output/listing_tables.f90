@@ -84,7 +84,7 @@ contains
       type(limit_table_t), intent(inout) :: table
       type(limit_point_t), intent(in) :: limit_point !! limit point on a curve of the model; it has as many monitors as the model
       character(cell_length), allocatable :: cell(:)
-      character(:), allocatable :: parameter
+      character(:), allocatable :: parameter, bar
       integer :: present
       present = findloc(table%words%step == limit_point%step .and. table%words%curve == limit_point%curve, .true., 1)
       if (present == 0) return
@@ -98,11 +98,9 @@ contains
       if (limit_point%rigid) parameter = 'rigid'
       cell = [character(cell_length) :: to_text(table%n_points + 1), limit_point%label, parameter, &
          & significant(limit_point%load_factor, load_digits)]
-      if (table%with_bars .and. allocated(limit_point%bars)) then
-         cell = [character(cell_length) :: cell, bar_text(limit_point%bars%load)]
-      else if (table%with_bars) then
-         cell = [character(cell_length) :: cell, '']
-      end if
+      bar = ''
+      if (allocated(limit_point%bars)) bar = bar_text(limit_point%bars%load)
+      if (table%with_bars) cell = [character(cell_length) :: cell, bar]
       cell = [character(cell_length) :: cell, monitor_cells(size(table%column) - 3 - size(cell), limit_point%monitor, &
          & limit_point%bars), to_text(limit_point%iterations), scientific(limit_point%residual, 2), &
          & scientific(limit_point%load_rate, 2)]
