@@ -184,7 +184,8 @@ contains
             if (curve(c)%imperfection /= i) cycle
             do k = 1, size(table)
                if (allocated(curve(c)%path)) cycle
-               if (abs(table(k)%curvature - curve(c)%curvature) <= 0.0_wp) exit
+               ! Arcs of one circle have curvatures that differ by the rounding of their radii.
+               if (abs(table(k)%curvature - curve(c)%curvature) <= 4 * epsilon(1.0_wp) * abs(curve(c)%curvature)) exit
             end do
             if (k > size(table)) table = [table, measured(imperfections(i), curve(c))]
             curve(c)%table = k
