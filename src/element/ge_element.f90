@@ -94,7 +94,7 @@ contains
       !> increments of rotation, n and m at the first end, 1, increment of the load factor.
       subroutine go_to_second_end()
          real(wp) :: rate(n_by, 3, max_stages) ! derivatives of r'/C and m'/C at the stages by the columns
-         real(wp) :: drop(2), drop_rate(2), dphi(n_by), dn(n_by, 2), moved(n_by, 2), part
+         real(wp) :: drop(2), drop_rate(2), dphi(n_by), dn(n_by, 2), moved(n_by, 2), pull(n_by, 2), part
          real(wp) :: pushed(2), pushed_rate(2), by_slope(2, 2, max_stages), by_shift(2, 2)
          integer :: i, l, q
          call sum_line(tab, element%load, tab%b, drop, drop_rate)
@@ -151,19 +151,24 @@ contains
             dtail(by_load, 1:2) = dtail(by_load, 1:2) - pushed_rate
          end if
          do q = 1, inner%n
-            ! Increment of the position of the quadrature point, as a linear function of the columns.
-            moved = 0.0_wp
-            moved(by_x, 1) = 1.0_wp
-            moved(by_y, 2) = 1.0_wp
-            do i = 1, s
-               moved = moved + (stages%hc * inner%basis(i, q)) * rate(:, 1:2, i)
-            end do
             part = stages%h * inner%weight(q)
             tail(1:2) = tail(1:2) - part * inner%force(:, q)
             do i = 1, 2
-               dtail(:, i) = dtail(:, i) + part * (matmul(moved, inner%sway(i, :, q)) - &
-                  & inner%normal(i, q) * change(:, size(change, 2) - inner%n + q))
+               pull(:, i) = -inner%normal(i, q) * change(:, size(change, 2) - inner%n + q)
             end do
+            if (any(abs(inner%sway(:, :, q)) > 0.0_wp)) then
+               ! Increment of the position of the quadrature point, as a linear function of the columns.
+               moved = 0.0_wp
+               moved(by_x, 1) = 1.0_wp
+               moved(by_y, 2) = 1.0_wp
+               do i = 1, s
+                  moved = moved + (stages%hc * inner%basis(i, q)) * rate(:, 1:2, i)
+               end do
+               do i = 1, 2
+                  pull(:, i) = pull(:, i) + (inner%sway(i, 1, q) * moved(:, 1) + inner%sway(i, 2, q) * moved(:, 2))
+               end do
+            end if
+            dtail(:, 1:2) = dtail(:, 1:2) + part * pull
             dtail(by_load, 1:2) = dtail(by_load, 1:2) - part * inner%rate(:, q)
          end do
          defect(1) = max(defect(1), abs(end_defect(3)))

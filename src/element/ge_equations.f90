@@ -108,9 +108,9 @@ contains
       !> spring * normal.dx = spring * approach * dl. If the pressures were substituted into the equations of n, motions without
       !> resistance, such as sliding along a stiff foundation, would be lost to cancellation.
       subroutine add_foundation()
-         ! Displacement of the quadrature point: by_x, by_y, swing * rotation 1, along * dm, by_n * dn, heated * dl.
-         real(wp) :: swing(2), along(max_stages, 2), by_n(2, 2, max_stages), heated(2), part, share
-         integer :: row, a, b, q
+         ! Displacement of the quadrature point: by_x, by_y, swing * rotation 1, along * (dm, dn), heated * dl.
+         real(wp) :: swing(2), along(3 * max_stages, 2), turned(3 * max_stages, 2), heated(2), part, share(max_stages)
+         integer :: row, a, b, q, i
          do q = 1, inner%n
             along(:s, :) = 0.0_wp
             swing = 0.0_wp
@@ -119,42 +119,39 @@ contains
                part = stages%hc * inner%basis(b, q)
                heated = heated + part * stages%heat(:, b)
                swing = swing + part * stages%d(:, b)
-               along(:s, 1) = along(:s, 1) + (part * stages%d(1, b)) * stages%turn(:s, b)
-               along(:s, 2) = along(:s, 2) + (part * stages%d(2, b)) * stages%turn(:s, b)
-               by_n(1, :, b) = part * stages%bnn(1:2, b)
-               by_n(2, :, b) = part * stages%bnn(2:3, b)
+               do i = 1, 2
+                  along(:s, i) = along(:s, i) + (part * stages%d(i, b)) * stages%turn(:s, b)
+                  along(s + 2 * b - 1:s + 2 * b, i) = part * stages%bnn(i:i + 1, b)
+               end do
             end do
             row = stored_by + q
             associate (normal => inner%normal(:, q), spring => inner%spring(q))
                system(row, row) = 1.0_wp
-               system(:s, row) = spring * matmul(along(:s, :), normal)
-               do b = 1, s
-                  system(s + 2 * b - 1:s + 2 * b, row) = spring * matmul(normal, by_n(:, :, b))
-               end do
+               system(:3 * s, row) = spring * (normal(1) * along(:3 * s, 1) + normal(2) * along(:3 * s, 2))
                change(by_rotation, row) = -spring * dot_product(normal, swing)
                change(by_x:by_y, row) = -spring * normal
                change(by_load, row) = spring * (inner%approach(q) - dot_product(normal, heated))
             end associate
             associate (sway => inner%sway(:, :, q))
-               along(:s, :) = matmul(along(:s, :), sway)
-               swing = matmul(sway, swing)
                heated = matmul(sway, heated)
-               do b = 1, s
-                  by_n(:, :, b) = matmul(sway, by_n(:, :, b))
+               do a = 1, s
+                  row = s + 2 * a - 1
+                  share(a) = stages%h * inner%weight(q) * (1.0_wp - inner%basis(a, q) / tab%b(a))
+                  system(stored_by + q, row:row + 1) = share(a) * inner%normal(:, q)
+                  change(by_residual, row:row + 1) = change(by_residual, row:row + 1) - share(a) * inner%force(:, q)
+                  change(by_load, row:row + 1) = change(by_load, row:row + 1) + share(a) * (heated - inner%rate(:, q))
+               end do
+               ! Straight ground turns no force when the point moves along it.
+               if (.not. any(abs(sway) > 0.0_wp)) cycle
+               swing = matmul(sway, swing)
+               do i = 1, 2
+                  turned(:3 * s, i) = sway(i, 1) * along(:3 * s, 1) + sway(i, 2) * along(:3 * s, 2)
                end do
                do a = 1, s
                   row = s + 2 * a - 1
-                  share = stages%h * inner%weight(q) * (1.0_wp - inner%basis(a, q) / tab%b(a))
-                  system(stored_by + q, row:row + 1) = share * inner%normal(:, q)
-                  system(:s, row:row + 1) = system(:s, row:row + 1) - share * along(:s, :)
-                  do b = 1, s
-                     system(s + 2 * b - 1:s + 2 * b, row:row + 1) = system(s + 2 * b - 1:s + 2 * b, row:row + 1) - &
-                        & share * transpose(by_n(:, :, b))
-                  end do
-                  change(by_rotation, row:row + 1) = change(by_rotation, row:row + 1) + share * swing
-                  change(by_x:by_y, row:row + 1) = change(by_x:by_y, row:row + 1) + share * sway
-                  change(by_residual, row:row + 1) = change(by_residual, row:row + 1) - share * inner%force(:, q)
-                  change(by_load, row:row + 1) = change(by_load, row:row + 1) + share * (heated - inner%rate(:, q))
+                  system(:3 * s, row:row + 1) = system(:3 * s, row:row + 1) - share(a) * turned(:3 * s, :)
+                  change(by_rotation, row:row + 1) = change(by_rotation, row:row + 1) + share(a) * swing
+                  change(by_x:by_y, row:row + 1) = change(by_x:by_y, row:row + 1) + share(a) * sway
                end do
             end associate
          end do
