@@ -157,7 +157,8 @@ contains
       type(obstacle_t), intent(in) :: obstacle
       integer, intent(in) :: number
       i = number
-      if (obstacle%curve%closed) i = 1 + modulo(number - 1, size(obstacle%curve%piece))
+      if (.not. obstacle%curve%closed .or. (number >= 1 .and. number <= size(obstacle%curve%piece))) return
+      i = 1 + modulo(number - 1, size(obstacle%curve%piece))
    end function piece_of
 
    !> True if the curvature jumps at the end of a piece.
