@@ -42,7 +42,7 @@ contains
       type(tableau_t), intent(in) :: tableau(:)   !! (stages) tableaux, indexed by the number of stages
       type(geometry_t), intent(in) :: home
       type(ground_t) :: ground
-      real(wp) :: weight(n_knots), slope
+      real(wp) :: weight(n_knots), slope, rounding, largest(n_knots)
       integer :: e, c, n, places(model%mesh%n_elements)
       ground%chain = new_candidates(model, home, distributed=.true.)
       n = model%mesh%n_elements
@@ -84,6 +84,8 @@ contains
          call gauss_points(e + 1, ground%rule_place(:, e), ground%rule_weight(:, e))
       end do
       allocate (ground%deviation(2, n_knots, n), source=0.0_wp)
+      rounding = 8.0_wp * epsilon(rounding) * maxval(abs(home%x))
+      largest = [(largest_product(e), e=1, n_knots)]
       do e = 1, n
          if (ground%founded(e) .and. model%mesh%curve(e) > 0) call set_deviation(e)
       end do
@@ -92,7 +94,7 @@ contains
 
       subroutine set_deviation(element)
          integer, intent(in) :: element
-         real(wp) :: x(2), start(2), angle, speed, s, basis(max_stages), span(2), rounding
+         real(wp) :: x(2), start(2), angle, speed, s, basis(max_stages), span(2)
          integer :: k, j, stages
          associate (curve => model%curve(model%mesh%curve(element)), g => home%element(element), &
             & table => ground%deviation(:, :, element))
@@ -109,7 +111,6 @@ contains
                end do
                table(:, k) = x - start - (g%length * g%scale) * span
             end do
-            rounding = 8.0_wp * epsilon(rounding) * maxval(abs(home%x))
             ground%curved(element) = maxval(abs(table)) > rounding
             do j = 2, n_knots
                do k = n_knots, j, -1
@@ -119,7 +120,7 @@ contains
             ! In the j-th difference the rounding error of the values is multiplied by about 2^(j - 1) / (j - 1)! knots^(j - 1), and
             ! in the sum of the polynomial by the inverse of this. Terms that are below rounding in the sum are dropped.
             do j = n_knots, 1, -1
-               if (maxval(abs(table(:, j))) * largest_product(j) > rounding) exit
+               if (maxval(abs(table(:, j))) * largest(j) > rounding) exit
             end do
             ground%terms = max(ground%terms, j)
          end associate
