@@ -19,10 +19,18 @@ contains
       type(result_file_t), intent(inout) :: file
       integer, intent(out) :: id                  !! number of the table
       character(*), intent(in) :: group           !! full path; the group above it must exist
+      type(table_t), allocatable :: more(:)
+      integer :: i
       call put_group(file, group)
       if (.not. allocated(file%table)) allocate (file%table(0))
       id = size(file%table) + 1
-      file%table = [file%table, table_t(group=group, column=[integer ::])]
+      allocate (more(id))
+      do i = 1, id - 1
+         more(i) = file%table(i)
+      end do
+      call move_alloc(more, file%table)
+      file%table(id)%group = group
+      allocate (file%table(id)%column(0))
    end subroutine begin_table
 
    !> Ends the definition of a table. A table that is continued has rows.

@@ -99,7 +99,7 @@ contains
       !> True if an onset lies too far ahead of the increment. If the gaps of the spans are rounding, any onset will do, because the
       !> equilibrium is the same with and without them. If they are within the error of the solution, or if no increment converges,
       !> the onset must be within the reach of about_to_close. Otherwise a change on the increment comes first, and so does `point`
-      !> if it is a change located ahead of the increment; only the accuracy that the deck asks for is allowed for.
+      !> if it is a change located ahead of the increment; only the accuracy of located places is allowed for.
       pure logical function begins_beyond(onset)
          real(wp), intent(in) :: onset           !! load factor
          real(wp) :: sense, reach
@@ -110,7 +110,8 @@ contains
             if (interval%stuck .or. all(abs(closing%value) <= test_slack(closing%kind))) then
                reach = largest_growth * abs(end - from)
             else
-               reach = max(0.0_wp, sense * (point%state%load_factor - end)) + min(step%asked, step%asked_of_path) * abs(onset)
+               reach = max(0.0_wp, sense * (point%state%load_factor - end)) + max(step%locate_tolerance, min(step%asked, &
+                  & step%asked_of_path)) * abs(onset)
             end if
             begins_beyond = sense * (onset - end) > reach
          end associate

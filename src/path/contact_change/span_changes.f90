@@ -159,7 +159,8 @@ contains
       if (.not. (interval%stuck .or. change%where == place_ahead)) beyond = interval%to%state
       here = new_change_place(problem, step, run, change%point, change%zero, beyond)
       call try_sets(step, run, here, next)
-      if (next%found) then
+      ! A gap that closes beside a point contact is no gain if the point only spreads.
+      if (next%found .and. (change%label == '  ' .or. next%first%label == '  ')) then
          change%label = next%first%label
          change%divides = next%first%divides
       end if
