@@ -1264,3 +1264,50 @@ def test_a_point_that_has_left_a_plane_of_symmetry_gains_no_contact():
     for first, largest in ((0.03771872930195382, 0.014757498054779892), (0.011315618790586146, 0.0044272494164339675)):
         run = dr.run_deck(LEAVING.format(first=first, largest=largest))
         assert [c.label for c in run.results.critical] == ["C+", "EP"]
+
+
+SNAPPED_ARCH = """*HEADING
+Imperfect arch that snaps onto an inclined bed
+*NODE
+1, -0.5, 0.
+2, -0.23198145, 0.26862655
+3, 0.5, 0.
+*ARC, ELSET=ROD, NSET=ROD, TYPE=GE8, DIRECTION=CLOCKWISE
+1, 2, 0., -0.230849081
+*ARC, ELSET=ROD, NSET=ROD, TYPE=GE8, DIRECTION=CLOCKWISE
+2, 3, 0., -0.230849081
+*BEAM SECTION, ELSET=ROD, SECTION=STIFFNESS
+176779.24, 1., , 0., 0.
+*IMPERFECTION, ELSET=ROD, SHAPE=SINE
+-0.0025879, 5.
+-0.0048542, 4.
+-0.0035371, 2.
+*BOUNDARY
+1, PINNED
+3, PINNED
+*OBSTACLE, NAME=BED, TYPE=LINE
+-1., -0.04028, 1., -0.02028
+*CONTACT, OBSTACLE=BED, NSET=ROD
+*MONITOR, NAME=v
+2, U2, -1.
+*STEP
+*ACCURACY, TOLERANCE=1E-5
+*STATIC, METHOD=CYLINDRICAL
+{first}, , {largest}
+*DLOAD
+ROD, PY, -40.
+*STOP
+v, ABOVE, 0.32
+LOAD, ABOVE, 5.
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("first, largest", [(0.0154, 0.0416), (0.02, 0.05), (0.0046, 0.0125)])
+def test_a_line_that_opens_and_closes_within_an_increment(first, largest):
+    """Its least pressure falls below zero and is found at another place, greater than zero, at the end of the increment."""
+    run = dr.run_deck(SNAPPED_ARCH.format(first=first, largest=largest))
+    changes = [c for c in run.results.critical if c.label in ("C+", "C-")]
+    assert [c.label for c in changes] == ["C+", "C-", "C+"]
+    for change, load in zip(changes, (0.82737, 1.98620, 2.25504)):
+        assert change.load_factor == pytest.approx(load, rel=1e-3)

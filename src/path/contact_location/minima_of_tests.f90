@@ -1,13 +1,15 @@
 !> Failures inside an increment at whose ends all tests pass. The force of a point contact, or the gap of a free span, may become
 !> zero and then positive again: while the contact set is unchanged both are smooth along the path, and the cubic with the values
-!> and slopes at both ends shows the minimum. A touchdown point may also move further than its slopes at both ends allow: contact
+!> and slopes at both ends shows the minimum. The least pressure of a line contact may be at another place in between, so that no
+!> cubic of its values is good; the pressure is evaluated in the middle, at the state of the cubic through both ends of the
+!> increment. A touchdown point may also move further than its slopes at both ends allow: contact
 !> was lost at one place and gained at another, with the same contact set at both ends.
 module minima_of_tests
    use kinds, only: wp
    use model, only: step_t
    use problem, only: problem_t
    use rod_state, only: state_t
-   use test_kinds, only: span_test_t, test_force, test_gap, test_slack
+   use test_kinds, only: span_test_t, test_force, test_gap, test_pressure, test_slack
    use free_span_gap, only: gap_at
    use span_tests, only: run_span_tests
    use contact_change_types, only: step_interval_t
@@ -15,6 +17,7 @@ module minima_of_tests
    use touchdown_points, only: touchdown_steps
    use span_candidates, only: touch_place
    use path_control, only: path_length
+   use path_continuity, only: blended, alike
    use path_point, only: path_point_t, evaluate_span_tests
    use path_state, only: path_state_t
    use step_control, only: too_short
@@ -51,6 +54,7 @@ contains
             both(:, 2) = slope
             length = path_length(problem, interval%from, interval%to%state)
             shorter = dips(problem, interval, both, length, which) .or. jumps(problem, interval, both, length)
+            if (.not. shorter) shorter = pulls_between(problem, run%last, interval, length)
          end if
       end if
       ! Tests whose slope is discontinuous there fail this check however short the increment is.
@@ -98,6 +102,30 @@ contains
       slope(size(tests) + 1:) = touchdown_steps(problem, point%state, ahead) - touchdown_steps(problem, point%state, here)
       slope = slope / length
    end function slopes_at
+
+   !> True if the least pressure of a line contact is below zero in the middle of an increment. The state there is that of the cubic
+   !> with the states and their derivatives by arc length at both ends.
+   logical function pulls_between(problem, last, interval, length) result(pulls)
+      type(problem_t), intent(in) :: problem
+      type(path_point_t), intent(in) :: last      !! the point at which the increment begins
+      type(step_interval_t), intent(in) :: interval
+      real(wp), intent(in) :: length              !! path length of the increment
+      type(state_t) :: along(4)                   ! at each end: the state, and the state after a short step along the tangent
+      type(span_test_t), allocatable :: tests(:)
+      real(wp) :: step, part(2)                   ! eighth of the increment / short step, at each end
+      pulls = .false.
+      if (.not. any(interval%after%kind == test_pressure) .or. .not. (last%system%ok .and. interval%to%system%ok)) return
+      if (.not. alike(problem, last%state, interval%to%state)) return
+      call states_along(problem, last%system, last%state, last%tangent%load, along(1), along(2), step)
+      call states_along(problem, interval%to%system, interval%to%state, interval%to%tangent%load, along(3), along(4), step)
+      part = [path_length(problem, along(1), along(2)), path_length(problem, along(3), along(4))]
+      if (.not. all(part > 0.0_wp)) return
+      part = 0.125_wp * length / part
+      tests = run_span_tests(problem, blended(problem, along, [0.5_wp - part(1), part(1), 0.5_wp + part(2), -part(2)]), &
+         & interval%scale, only=size(interval%after))
+      pulls = any(tests%kind == test_pressure .and. tests%value < -least_dip * max(interval%before%value, interval%after%value, &
+         & test_slack(test_pressure) / least_dip))
+   end function pulls_between
 
    !> True if a touchdown point has moved much further along the rod, or less far, than its slopes at both ends of the increment
    !> allow.
