@@ -113,8 +113,11 @@ contains
       type(state_t) :: along(4)                   ! at each end: the state, and the state after a short step along the tangent
       type(span_test_t), allocatable :: tests(:)
       real(wp) :: step, part(2)                   ! eighth of the increment / short step, at each end
+      logical :: presses(size(interval%after))    ! the line contact presses at both ends
+      presses = interval%after%kind == test_pressure .and. min(interval%before%value, interval%after%value) > &
+         & test_slack(test_pressure)
       pulls = .false.
-      if (.not. any(interval%after%kind == test_pressure) .or. .not. (last%system%ok .and. interval%to%system%ok)) return
+      if (.not. any(presses) .or. .not. (last%system%ok .and. interval%to%system%ok)) return
       if (.not. alike(problem, last%state, interval%to%state)) return
       call states_along(problem, last%system, last%state, last%tangent%load, along(1), along(2), step)
       call states_along(problem, interval%to%system, interval%to%state, interval%to%tangent%load, along(3), along(4), step)
@@ -123,8 +126,8 @@ contains
       part = 0.125_wp * length / part
       tests = run_span_tests(problem, blended(problem, along, [0.5_wp - part(1), part(1), 0.5_wp + part(2), -part(2)]), &
          & interval%scale, only=size(interval%after))
-      pulls = any(tests%kind == test_pressure .and. tests%value < -least_dip * max(interval%before%value, interval%after%value, &
-         & test_slack(test_pressure) / least_dip))
+      pulls = any(presses .and. tests%value < -max(test_slack(test_pressure), least_dip * max(interval%before%value, &
+         & interval%after%value)))
    end function pulls_between
 
    !> True if a touchdown point has moved much further along the rod, or less far, than its slopes at both ends of the increment
