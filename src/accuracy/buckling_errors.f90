@@ -1,9 +1,9 @@
 !> Discretisation errors of the load factors of a buckling step.
 !>
-!> The enriched problem has its own state at the same load, and its own eigenvalues. Eigenvalues are paired by their order, so that
-!> a bar belongs to the k-th load factor even if modes cross. Let C be the difference of a load factor between the two problems. The
-!> relative error of the mode is about C / load factor. The square of this error causes an error of the eigenvalue, C^2 / load
-!> factor, that the comparison of the two problems does not show.
+!> The enriched problem (the same structure with elements of a higher order) has its own state at the same load, and its own load
+!> factors. The k-th load factor is compared with the k-th of the enriched problem, even if modes cross. Let C be the difference
+!> between these two load factors. The relative error of the buckling mode is about C / load factor. An error of the mode changes
+!> the load factor by its square, C^2 / load factor. The comparison does not show this part of the error; it is added to the bar.
 module buckling_errors
    use kinds, only: wp
    use errors, only: error_t
@@ -24,10 +24,10 @@ module buckling_errors
 
 contains
 
-   !> Adds error bars to the results of a buckling step. The time that this takes is counted as accuracy, not as buckling.
+   !> Adds error bars to the load factors of a buckling step. The run's timers count this work as accuracy, not as buckling.
    subroutine add_buckling_bars(problem, state, buckling)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state         !! converged state whose buckling loads were computed
+      type(state_t), intent(in) :: state         !! converged state about which the load factors were computed
       type(buckling_t), intent(inout) :: buckling
       type(enriched_problem_t), target :: better
       type(enriched_path_t) :: path
@@ -58,7 +58,8 @@ contains
       end if
       do k = 1, min(size(buckling%load_factor), size(finer%load_factor))
          associate (factor => buckling%load_factor(k))
-            ! Some loads buckle the structure with either sign. Their eigenvalues form pairs of equal magnitude in arbitrary order.
+            ! Some loads buckle the structure with either sign. Their load factors form pairs of equal magnitude in arbitrary order,
+            ! so that magnitudes are compared.
             correction = (abs(finer%load_factor(k)) - abs(factor)) * sign(1.0_wp, factor)
             rounding = (buckling%residual(k)**2 + finer%residual(k)**2 + 4.0_wp * epsilon(rounding)) * abs(factor)
             buckling%bar(k) = new_error_bar(correction, correction**2 / abs(factor), abs(correction), rounding)

@@ -1,16 +1,18 @@
-!> Errors of the elements at a point of the path. They cause the errors of the reported numbers (loads, displacements, reactions):
-!> the error of a number is the work of the elements' errors on the dual displacements of the number (error_contributions).
+!> Errors of the elements at a point of the path. They cause the errors of the reported numbers (loads, displacements, reactions).
+!> The dual displacements of a number state by how much a unit force on each unknown changes the number. The error of a number is
+!> the work of the elements' errors on its dual displacements (error_contributions).
 !>
 !> The internal unknowns of the enriched element are eliminated, with the collocation polynomial of the original element as starting
-!> point. The relative displacement and the moment that remain at the element's ends are its errors. Imposed on the original
-!> element, both become out-of-balance forces on the nodes. (The end forces of the enriched element for the same displacement cannot
-!> be used: at orders 2 and 4 its axial stiffness differs.)
+!> point. A relative displacement and a moment remain at the ends; these two are the errors of the original element. Imposed on the
+!> original element, they become out-of-balance forces on the nodes. (The end forces of the enriched element for the same
+!> displacement cannot be used: at orders 2 and 4 its axial stiffness differs from that of the original element.)
 !>
 !> A kink of a foundation's force inside an element causes an error of the moment. A foundation that ends inside an element, or
-!> whose law has a corner there, exerts a force with the part J (x - c)+, where c is the position of the kink and J the slope of the
-!> gap there times the jump of the stiffness. The element integrates this force and its first moments exactly (see ge_element). But
-!> the moment of the element is a polynomial of degree s; the error is the part of J (x - c)+^3/6 that this polynomial does not
-!> represent. A foundation along the rod exerts no moment.
+!> whose law has a corner there, exerts a force with the part J (x - c)+. Here c is the position of the kink, J is the slope of the
+!> gap at c times the jump of the foundation's stiffness, and (x - c)+ is x - c beyond c and zero before c. The element integrates
+!> this force and its first moments exactly (see ge_element). But the moment of an element with s Gauss points is a polynomial of
+!> degree s. The error is the part of J (x - c)+^3/6 that this polynomial does not represent. A foundation along the rod exerts no
+!> moment.
 module element_errors
    use kinds, only: wp
    use element_families, only: collocates
@@ -31,21 +33,23 @@ module element_errors
    !> the true rounding error.
    real(wp), parameter :: rounding_factor = 4.0_wp
 
-   !> Errors of all elements at one state, as sources of the errors of numbers.
+   !> Errors of all elements at one state: the sources of the errors of the reported numbers.
    type :: element_errors_t
-      real(wp), allocatable :: force(:, :)       !! (6, elements) out-of-balance forces of each element on its nodes, node axes
+      real(wp), allocatable :: force(:, :) !! (6, elements) out-of-balance forces of each element on its two nodes, in the axes in
+      !! which the equations of the nodes are written (node axes)
       real(wp), allocatable :: kink(:) !! (elements) moments of slope discontinuities inside the elements, see kink_moments
-      real(wp), allocatable :: moved(:, :) !! (2, elements) magnitude of displacements plus chord length [length]; magnitude of the
-      !! rotation [rad]
+      real(wp), allocatable :: moved(:, :) !! (2, elements) two magnitudes that set the size of rounding: displacement plus chord
+      !! length [length]; rotation [rad]
    contains
       procedure :: work, work_of_kinks, rounding, excess_on_mode
    end type element_errors_t
 
-   !> Largest moment error, over all positions of the kink, for an element of length 1 with s stages and J = 1.
+   !> Largest error of the moment that a kink causes in an element of length 1 with J = 1 (see the header), over all positions of
+   !> the kink. Index: the number s of Gauss points.
    real(wp), parameter :: left_of_kink(max_stages) = [4.13e-2_wp, 5.21e-3_wp, 6.78e-4_wp, 1.44e-4_wp, 7.07e-5_wp, 3.17e-5_wp]
 
-   real(wp), parameter :: beside = 1.0_wp / 64.0_wp !! distance over which the slope of the gap is computed, as a part of the
-   !! element
+   real(wp), parameter :: beside = 1.0_wp / 64.0_wp !! distance from the kink, on each side, between which the slope of the gap is
+   !! computed; as a part of the element
 
 contains
 
@@ -88,8 +92,9 @@ contains
       work = sum(dual * self%force, dim=1)
    end function work
 
-   !> Bound of the error caused by slope discontinuities inside each element: the work of the discontinuities on the dual moments
-   !> there. The dual moments inside an element are at most those at its ends.
+   !> (elements) Bound of the error of a number that kinks of the foundation's force inside each element cause: the work of the
+   !> moment errors (kink_moments) on the moments of the dual displacements (dual moments). The dual moments inside an element are
+   !> at most those at its ends.
    pure function work_of_kinks(self, problem, system, dual) result(work)
       class(element_errors_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -122,9 +127,9 @@ contains
       rounding = rounding_factor * epsilon(rounding) * sqrt(rounding)
    end function rounding
 
-   !> Work of the out-of-balance forces on a null vector, reduced by the error of this work: the sum of the elements' absolute
-   !> contributions, their rounding, and the rounding of the directions of the elements' forces. Zero if the error is larger than
-   !> the work.
+   !> Work of the residual and of the elements' out-of-balance forces on a null vector, reduced by the error of this work. The error
+   !> is the sum of the elements' absolute contributions, their rounding, and the rounding of the directions of the elements'
+   !> forces. The result is zero if the error is larger than the work.
    real(wp) function excess_on_mode(self, problem, system, mode) result(excess)
       class(element_errors_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -146,8 +151,8 @@ contains
       excess = max(excess, 0.0_wp)
    end function excess_on_mode
 
-   !> Out-of-balance forces of an element on its nodes, caused by the errors of the element; node axes. The mean of the results for
-   !> the two ends does not depend on the direction of the element.
+   !> Out-of-balance forces of an element on its nodes, caused by the errors of the element; node axes. The errors may be imposed as
+   !> a displacement of either end; the mean of both results does not depend on the direction of the element.
    function unbalanced(problem, system, finer, e) result(force)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system, finer
@@ -163,8 +168,8 @@ contains
 
    contains
 
-      !> Out-of-balance forces caused by a displacement of one end while the other end is fixed. The displacement gives the enriched
-      !> element the force difference at the fixed end.
+      !> Out-of-balance forces caused by a displacement of one end while the other end is fixed. Its size: in the enriched element
+      !> it causes, at the fixed end, the difference between the forces of the two elements.
       subroutine by_displacement(held, moved, forces, singular)
          integer, intent(in) :: held, moved      !! offsets (0 or 3) of the entries of the fixed end and of the displaced end
          real(wp), intent(out) :: forces(6)

@@ -27,14 +27,16 @@ module enriched_path
    type :: enriched_path_t
       type(problem_t), pointer :: problem => null() !! the enriched problem
       type(state_t) :: base                      !! the original problem's point, transferred to the enriched problem
-      type(control_t) :: control !! constraint of the points; its increment is measured from the original problem's point
-      real(wp) :: away = 0.0_wp !! controlled displacement of the original problem's point minus that of `base`. The two differ
-      !! inside elements, where the polynomials have different orders
+      type(control_t) :: control !! path constraint that the points satisfy; its increment is measured from the original problem's
+      !! point
+      real(wp) :: away = 0.0_wp !! monitored displacement that the constraint prescribes: its value at the original problem's point
+      !! minus its value in `base`. The two values differ if the monitored point is inside an element, where the polynomials have
+      !! different orders
       type(path_tangent_t) :: heading                 !! path tangent of the original problem
       integer, allocatable :: ends(:) !! candidates of the touchdown points whose positions get error bars, see place_functional
-      real(wp), allocatable :: modes(:, :)       !! (unknowns, multiplicity) null vectors of bifurcations at the point; Newton
-      !! steps, and tangents at limit points, have no component along them
-      logical :: at_limit = .false.              !! true: the point is a limit point, and `modes` does not contain its null vector
+      real(wp), allocatable :: modes(:, :) !! (unknowns, multiplicity) null vectors of a bifurcation at the point. They are taken
+      !! out of Newton steps, and of tangents at limit points, because components along them are rounding
+      logical :: at_limit = .false. !! true: the point is a limit point. `modes` does not contain the null vector of the limit point
    end type enriched_path_t
 
    !> A point of the enriched problem's path.
@@ -46,15 +48,18 @@ module enriched_path
       logical :: ok = .false.                    !! false: Newton's method failed, and the other components are undefined
    end type enriched_point_t
 
-   !> Newton steps to a point. The predictor is accurate to the mesh error, or is a tangent step over a small part of an increment.
-   !> The last Newton step also removes rounding, to which displacements at limit points are sensitive.
+   !> Number of Newton steps to a point. Two suffice, because the start is in error by the mesh error only, or by a tangent step
+   !> over a small part of an increment. The last step also removes rounding, to which displacements at limit points are sensitive.
    integer, parameter :: steps = 2
 
-   real(wp), parameter :: left = 0.01_wp !! part of the first residual that may remain; it changes an error estimate by a hundredth
-   real(wp), parameter :: straight = 1.0e-3_wp !! [rad] largest rotation in a Newton step that needs no second one; the relative
-   !! error of the step is up to ten times this rotation; with values from 1E-4 to 0.01 every deck in input has the same results
-   real(wp), parameter :: near = 1.0e-7_wp !! largest movement of touchdown points, over the length of the span, that needs no
-   !! second step; the thrust of a stiff rod changes by 100 times this value
+   real(wp), parameter :: left = 0.01_wp !! part of the first residual that may remain after a Newton step; such a remainder changes
+   !! an error estimate by a hundredth
+   real(wp), parameter :: straight = 1.0e-3_wp !! [rad] largest rotation in a Newton step after which no second step is made; the
+   !! relative error of the step is up to ten times this rotation; with values from 1E-4 to 0.01 every deck in input has the same
+   !! results
+   real(wp), parameter :: near = 1.0e-7_wp !! largest movement of touchdown points in a Newton step, over the length of the span,
+   !! after which no second step is made; such a movement changes the thrust of a stiff rod by the relative amount of 100 times this
+   !! value
 
 contains
 
@@ -64,9 +69,9 @@ contains
       type(enriched_problem_t), intent(inout), target :: finer !! enriched problem; the path contains a pointer to it and must not
       !! outlive it
       type(state_t), intent(in) :: state
-      type(control_t), intent(in) :: control     !! control; its tangent must be set if its method uses the tangent
+      type(control_t), intent(in) :: control !! path constraint; its component `tangent` must be set if its method uses the tangent
       type(path_tangent_t), intent(in) :: heading     !! path tangent at `state`
-      integer, intent(in) :: ends(:)             !! candidates of the touchdown points whose positions are values
+      integer, intent(in) :: ends(:)             !! candidates of the touchdown points whose positions are among the computed values
       type(enriched_path_t), intent(out) :: path
       call provide_finer_problem(problem, finer)
       path%problem => finer%problem
@@ -82,8 +87,8 @@ contains
    !> Linearises the enriched problem at the original problem's point, from which Newton's method starts.
    subroutine start_point(path, finer, point)
       type(enriched_path_t), intent(in) :: path
-      type(enriched_problem_t), intent(inout) :: finer !! enriched problem of the path; its storage for equations is moved to the
-      !! point
+      type(enriched_problem_t), intent(inout) :: finer !! enriched problem of the path; its component `system`, memory for the
+      !! equations, is moved to the point
       type(enriched_point_t), intent(out) :: point
       point%state = path%base
       call move_alloc(finer%system, point%system)
@@ -93,10 +98,10 @@ contains
       point%ok = point%system%ok
    end subroutine start_point
 
-   !> Solves the enriched problem for the next point of the path, at a distance of one increment from `point`.
+   !> Moves `point` along the path of the enriched problem to the point at which the prescribed quantity has changed by `increment`.
    subroutine next_point(path, increment, point)
       type(enriched_path_t), intent(in) :: path
-      real(wp), intent(in) :: increment !! change of the quantity controlled by path%control, from `point`
+      real(wp), intent(in) :: increment !! change of the quantity that path%control prescribes, from the original problem's point
       type(enriched_point_t), intent(inout) :: point
       type(contact_step_t) :: step
       integer :: k
@@ -117,14 +122,15 @@ contains
       end associate
    end subroutine next_point
 
-   !> Values at the point of the enriched problem that the control prescribes, with as few operations as possible; afterwards
-   !> point%system is undefined.
+   !> Computes point%value at the point of the enriched problem that satisfies the path constraint with increment zero, with as few
+   !> operations as possible. Afterwards point%system is undefined.
    !>
    !> Only rotations of cross sections and movements of touchdown points make the equations nonlinear. The error of a Newton step is
    !> of the second order in both. If both are small, no residual is computed after the step.
    subroutine values_beside(path, point)
       type(enriched_path_t), intent(in) :: path
-      type(enriched_point_t), intent(inout) :: point !! in: start of Newton's method, from start_point; out: undefined
+      type(enriched_point_t), intent(inout) :: point !! in: start of Newton's method, from start_point; out: the state and the
+      !! values, but not the system
       type(contact_step_t) :: step
       type(state_t) :: ahead
       real(wp) :: first
@@ -178,7 +184,7 @@ contains
       if (is_short .and. problem%has_spans()) is_short = touchdown_travel(problem, point%state, ahead) <= near
    end function is_short
 
-   !> True if the rotations in the step are small and no foundation acts. (Contact with a foundation also makes the equations
+   !> True if the rotations in the step are small and the structure has no foundation. (A foundation also makes the equations
    !> nonlinear.)
    pure logical function turns_little(problem, system, step) result(little)
       type(problem_t), intent(in) :: problem
@@ -213,7 +219,7 @@ contains
       end do
    end function support_changes
 
-   !> Solves one Newton step towards the point at the increment of the control.
+   !> Solves the equations for one Newton step towards the point at which the prescribed quantity has changed by `increment`.
    subroutine solve_step(path, increment, point, step)
       type(enriched_path_t), intent(in) :: path
       real(wp), intent(in) :: increment
@@ -240,8 +246,9 @@ contains
       end associate
    end subroutine solve_step
 
-   !> Directions along which the components of solutions are arbitrary, see null_directions. At a limit point the tangent is a null
-   !> vector as well, but the path constraint determines the component along it.
+   !> Directions along which the components of solutions are arbitrary at a bifurcation, see null_directions. At a limit point the
+   !> path tangent is a null vector as well. The path constraint determines the component along the tangent, so that this component
+   !> is taken out of the directions.
    function directions_of(path, system) result(direction)
       type(enriched_path_t), intent(in) :: path
       type(system_t), intent(in) :: system       !! factored, with its constraint row
@@ -257,7 +264,8 @@ contains
       end do
    end function directions_of
 
-   !> Adds a step to the state of the point; point%system remains assembled at the start of the step.
+   !> Adds a Newton step to the state of the point, and moves the touchdown points; point%system remains that at the start of the
+   !> step.
    subroutine add_step(path, step, point)
       type(enriched_path_t), intent(in) :: path
       type(contact_step_t), intent(in) :: step

@@ -1,10 +1,11 @@
-!> The enriched problem: the same structure on the same nodes with one more Gauss point in every element. It serves error estimates.
+!> The enriched problem: the same structure on the same nodes with one more Gauss point in every element. Error estimates are
+!> computed with it.
 !>
 !> The error of an element with s Gauss points is O(h^(2s)); with s + 1 points it is two orders smaller. The difference between the
-!> two solutions therefore estimates the error of the first. All parts that depend on the order of an element are enriched:
+!> two solutions therefore estimates the error of the original one. All parts that depend on the order of an element are enriched:
 !> foundations inside the element, the conforming element on the track of its obstacle, touchdown points at its ends, and the rod
-!> profile, from which gaps and monitors between nodes are computed. At some states the enriched problem gives no error estimate
-!> (why_no_bars).
+!> profile, from which gaps and monitors between nodes are computed. At some states no error can be estimated in this way;
+!> why_no_bars gives the reason.
 module enriched_problem
    use kinds, only: wp
    use problem, only: problem_t, copy_problem
@@ -23,7 +24,7 @@ module enriched_problem
    private
    public :: enriched_problem_t, provide_finer_problem, new_finer_problem, new_finer_state, why_no_bars
 
-   !> An enriched problem, kept from point to point because its construction costs as much as its solution.
+   !> An enriched problem. It is kept from point to point of the path, because to construct it costs as much as to solve it.
    type :: enriched_problem_t
       type(problem_t), allocatable :: problem    !! the enriched problem; not allocated: the original problem has changed
       type(geometry_t) :: geometry               !! geometry at the last state of the enriched problem
@@ -36,8 +37,8 @@ contains
 
    !> Makes the enriched problem of a problem, unless it exists already.
    subroutine provide_finer_problem(problem, finer)
-      type(problem_t), intent(in) :: problem !! original problem; unchanged since the last call (except for its step), unless
-      !! `forget` was called
+      type(problem_t), intent(in) :: problem !! original problem. If it has changed since the last call, in more than its step, the
+      !! caller must have called `forget`
       type(enriched_problem_t), intent(inout) :: finer
       if (allocated(finer%problem)) then
          if (finer%problem%step == problem%step) return
@@ -55,7 +56,7 @@ contains
       if (allocated(finer%system)) deallocate (finer%system)
    end subroutine forget
 
-   !> Makes the enriched problem. UL2 elements stay the same.
+   !> Makes the enriched problem of a problem. UL2 elements, which have no Gauss points, are not changed.
    subroutine new_finer_problem(problem, finer)
       type(problem_t), intent(in) :: problem
       type(problem_t), intent(out) :: finer
@@ -70,8 +71,8 @@ contains
       associate (mesh => finer%model%mesh)
          do e = 1, mesh%n_elements
             if (.not. collocates(mesh%family(e))) cycle
-            ! In elements with one stage (Gauss point) the shear compliance is not that of the section; the enriched element has the
-            ! section's.
+            ! In elements with one stage (Gauss point) the shear compliance is changed from that of the section. The enriched
+            ! element, with two stages, has the shear compliance of the section.
             associate (section => finer%model%section(mesh%section(e)))
                if (mesh%stages(e) == 2) finer%compliance(e)%shear = 0.0_wp
                if (mesh%stages(e) == 2 .and. .not. section%shear_rigid) finer%compliance(e)%shear = 1.0_wp / section%ga
@@ -85,15 +86,16 @@ contains
       end associate
    end subroutine new_finer_problem
 
-   !> Transfers a state to the enriched problem: the displacements at the nodes, and the stress resultants by the collocation
-   !> polynomials. The residuals of the enriched elements are then the discretisation errors of the state.
+   !> Transfers a state to the enriched problem: the displacements at the nodes, and the stress resultants by evaluating the
+   !> collocation polynomials at the new Gauss points. The residuals of the enriched elements are then the discretisation errors of
+   !> the state.
    subroutine new_finer_state(problem, state, finer, new, known)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged
       type(problem_t), intent(in) :: finer
       type(state_t), intent(out) :: new
-      type(geometry_t), intent(in), optional :: known !! geometry of the enriched problem at another state, which saves its
-      !! computation
+      type(geometry_t), intent(in), optional :: known !! geometry of the enriched problem at another state; parts that do not depend
+      !! on the state are taken from it
       type(geometry_t) :: none
       integer :: e
       new = state
@@ -109,8 +111,8 @@ contains
       end do
    end subroutine new_finer_state
 
-   !> Stored unknowns of the same element in the enriched problem, by the collocation polynomials of the section forces, or of force
-   !> and position of a conforming element. Their residual is the discretisation error of the element.
+   !> Stored unknowns of an element of the enriched problem, from the collocation polynomials of the original element: those of
+   !> section forces or, in a conforming element, of force and position. Their residual is the discretisation error of the element.
    pure function finer_unknowns(problem, state, e) result(z)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged
@@ -130,7 +132,7 @@ contains
       end associate
    end function finer_unknowns
 
-   !> Two sequences of numbers in turns.
+   !> Merges two sequences of equal length: one(1), other(1), one(2), other(2), ...
    pure function pairs(one, other)
       real(wp), intent(in) :: one(:), other(:)
       real(wp) :: pairs(2 * size(one))
@@ -139,16 +141,17 @@ contains
 
    !> Reason why no error can be estimated at a converged state, in words; '' if an estimate is possible.
    !>
-   !> Solutions without kinks inside elements converge with the order of the elements. Contact at nodes causes a kink at each end of
-   !> a contact. An end of contact with a foundation, or a corner of the foundation's law, should be an interface point of the mesh.
-   !> If it is not, the kink lies inside an element and has an error estimate of its own (element_errors). The UL2 element has no
-   !> enriched form.
+   !> Solutions without kinks inside elements converge with the order of the elements. Contact at nodes causes a kink inside an
+   !> element at each end of a contact. Where contact with a foundation ends, or the penetration is at a corner of the foundation's
+   !> law, the mesh should have an interface point (a node that moves with this place). Without an interface point the kink lies
+   !> inside an element, and its error has an estimate of its own (element_errors). The UL2 element has no enriched form.
    function why_no_bars(problem, state, keeps_mesh, smallest) result(why)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      logical, intent(in), optional :: keeps_mesh !! true: the mesh is not refined because of these kinks
-      real(wp), intent(in), optional :: smallest !! smallest gap that location could resolve at an end of foundation contact, see
-      !! element_cuts
+      logical, intent(in), optional :: keeps_mesh !! true: kinks of foundations' forces inside elements are accepted, and are no
+      !! reason
+      real(wp), intent(in), optional :: smallest !! smallest gap that the location of the event could resolve at an end of
+      !! foundation contact, see element_cuts
       character(:), allocatable :: why
       real(wp) :: rounding
       integer :: c

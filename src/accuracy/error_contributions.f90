@@ -2,9 +2,9 @@
 !> the positions of touchdown points, and the gap that is zero at an event. All these numbers are functionals of the state. By
 !> Betti's theorem the error of a number is the work of the elements' errors on the dual displacements of the number.
 !>
-!> Dual displacements on the path (solve_path_duals): an out-of-balance force (internal minus external) on an unknown changes a
-!> number by the work of the force on the number's dual displacement, if the path constraint remains satisfied. Each number needs
-!> one back-substitution.
+!> Dual displacements are those at which a small out-of-balance force (internal minus external) works: this work is the change of
+!> the number that the force causes while the path constraint remains satisfied (solve_path_duals). Each number needs one
+!> back-substitution.
 module error_contributions
    use kinds, only: wp
    use problem, only: problem_t
@@ -25,11 +25,11 @@ module error_contributions
    private
    public :: contributions_t, find_contributions, eigenvalue_shares, solve_path_duals
 
-   !> Error contributions, one row for each number: load factor, monitors, positions of touchdown points, and the gap of an event if
-   !> there is one.
+   !> Error contributions, one row for each number: load factor, monitors, positions of touchdown points, and the gap that is zero
+   !> at an event if there is such a gap.
    type :: contributions_t
       real(wp), allocatable :: sum(:)            !! (rows) linear estimate of the error: exact minus computed
-      real(wp), allocatable :: size(:)           !! (rows) sum of the absolute contributions
+      real(wp), allocatable :: size(:)           !! (rows) sum of the absolute values of the contributions to `sum`
       real(wp), allocatable :: rounding(:) !! (rows) estimated rounding error, from the rounding of displacements and stress
       !! resultants
       real(wp), allocatable :: inside(:) !! (rows) bound of two errors that enriched elements of any order do not show: of monitors
@@ -37,12 +37,13 @@ module error_contributions
       real(wp), allocatable :: rest(:)           !! (rows) part of `sum` that comes from the residuals left by Newton's method
       real(wp), allocatable :: element(:, :)     !! (rows, elements) absolute contributions
       logical, allocatable :: known(:)           !! (rows) true: there is an estimate for the number
-      real(wp) :: unfolding = 0.0_wp             !! force on the null vectors of a bifurcation, less the error of this force
+      real(wp) :: unfolding = 0.0_wp !! force of the elements' errors on the null vectors of a bifurcation, less the uncertainty of
+      !! this force. If it is not zero, it splits the crossing paths
    end type contributions_t
 
-   !> Change of a number if the elements' polynomials are replaced by the enriched ones.
+   !> Change of a number if the polynomials of the elements are replaced by those of the enriched elements.
    type :: inside_t
-      real(wp) :: change = 0.0_wp                !! number computed from the enriched polynomials minus the number
+      real(wp) :: change = 0.0_wp !! number computed from the enriched polynomials minus the number computed from the original ones
       real(wp) :: most = 0.0_wp                  !! bound of the change
       integer, allocatable :: element(:)         !! elements that contain points on which the number depends; empty: none
    end type inside_t
@@ -55,14 +56,14 @@ contains
    subroutine find_contributions(problem, state, system, finer, start, at_start, control, ends, modes, shares, gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system !! factored at `state`; its solutions contain the artificial extension of inextensible
-      !! elements (with_stretch)
+      type(system_t), intent(in) :: system !! factored at `state`; its solutions contain the small artificial extension that the
+      !! equations allow in inextensible elements (with_stretch)
       type(problem_t), intent(in) :: finer       !! the enriched problem
-      type(state_t), intent(in) :: start         !! state of the enriched problem at the same point
+      type(state_t), intent(in) :: start         !! `state`, transferred to the enriched problem
       type(system_t), intent(in) :: at_start     !! system of the enriched problem, assembled at `start`
       type(control_t), intent(in) :: control     !! constraint of the path, which prescribes one quantity
       integer, intent(in) :: ends(:) !! candidates of the touchdown points whose positions are rows, see place_functional
-      real(wp), intent(in) :: modes(:, :)        !! (n, multiplicity) null vectors of a bifurcation, else none
+      real(wp), intent(in) :: modes(:, :) !! (unknowns, multiplicity) null vectors of a bifurcation; no columns at other points
       type(contributions_t), intent(out) :: shares
       type(functional_t), allocatable, intent(in), optional :: gap !! functional of the gap that is zero at an event; not allocated:
       !! no such gap
@@ -70,13 +71,13 @@ contains
       type(functional_t) :: held
       type(inside_t) :: inside, held_inside
       type(element_errors_t) :: errors
-      type(state_t) :: solved                    ! `start` without the internal residuals of the elements
+      type(state_t) :: solved                    ! `start` after elimination of the elements' internal residuals
       real(wp) :: none(at_start%n)
       real(wp), allocatable :: dual(:, :), by_held(:)
       logical :: ok
       integer :: m
       number = numbers_of(gap)
-      associate (rows => size(number)) ! contributions if no estimate exists: all rows are unknown
+      associate (rows => size(number)) ! all rows are unknown until they are computed
          allocate (shares%sum(rows), shares%size(rows), shares%rounding(rows), shares%inside(rows), shares%rest(rows), &
             & shares%element(rows, problem%model%mesh%n_elements), source=0.0_wp)
          allocate (shares%known(rows), source=.false.)
@@ -95,8 +96,8 @@ contains
       do m = 1, size(number)
          if (.not. number(m)%estimated) cycle
          inside = enrichment_change(problem, state, number(m), finer, solved)
-         ! A prescribed monitor has its value on the polynomial of the original element. Between nodes the enriched polynomial has a
-         ! different value; correcting this difference changes all numbers.
+         ! If the constraint prescribes a monitor between nodes, the polynomial of the original element has the prescribed value.
+         ! The enriched polynomial has another value there. To correct this difference changes all numbers.
          call set_row(number(m), dual(:, m), inside%change - by_held(m) * held_inside%change, m)
          call add_inside(inside, 1.0_wp, m, shares)
          call add_inside(held_inside, abs(by_held(m)), m, shares)
@@ -126,7 +127,7 @@ contains
       subroutine set_row(number, dual, change, row)
          type(functional_t), intent(in) :: number
          real(wp), intent(in) :: dual(:)            ! (unknowns) dual displacements of the number
-         real(wp), intent(in) :: change             ! change of the number by the enriched polynomials between nodes
+         real(wp), intent(in) :: change             ! change of the number if the enriched polynomials are used between nodes
          integer, intent(in) :: row
          real(wp), dimension(problem%model%mesh%n_elements) :: share, of_kinks
          real(wp) :: total(system%n), by_end(6, problem%model%mesh%n_elements), direct
@@ -144,8 +145,8 @@ contains
          shares%known(row) = .true.
          ! The residual left by Newton's method is not an error of any element.
          shares%rest(row) = dot_product(total, merge(0.0_wp, system%residual, system%fixed))
-         ! The residuals inside elements are added here, unless the number depends on points inside elements: then `change` has
-         ! them.
+         ! The residuals inside elements are added here. If the number depends on points inside elements, they are already in
+         ! `change`.
          if (.not. (allocated(number%inner) .or. allocated(number%section))) shares%rest(row) = shares%rest(row) + number%defect
          shares%sum(row) = sum(share) + shares%rest(row) + change + direct
          shares%size(row) = sum(abs(share)) + abs(shares%rest(row) + change + direct)
@@ -155,8 +156,8 @@ contains
       end subroutine set_row
    end subroutine find_contributions
 
-   !> For a number that depends on a monitor: adds the error of the monitor inside its elements to the contributions of these
-   !> elements.
+   !> Adds to the contributions to a number the error of a monitor between nodes, in the elements that contain the monitor's points.
+   !> The monitor may be the number itself, or the prescribed monitor, which changes all numbers.
    pure subroutine add_inside(inside, rate, row, shares)
       type(inside_t), intent(in) :: inside
       real(wp), intent(in) :: rate               !! absolute value of the derivative of the number with respect to the monitor
@@ -171,9 +172,9 @@ contains
       end do
    end subroutine add_inside
 
-   !> Absolute contributions of the elements to the error of an eigenvalue at a fixed state: the change of the quadratic form of its
-   !> modes by the stiffness of the enriched elements. Only the ratios of these contributions are used, because at orders 2 and 4
-   !> they are too large (see element_errors).
+   !> Absolute contributions of the elements to the error of an eigenvalue at a fixed state: the change of the quadratic form x^T K
+   !> x of its modes x if the element stiffness is that of the enriched elements. Only the ratios of these contributions are used,
+   !> because at orders 2 and 4 they are too large (see element_errors).
    function eigenvalue_shares(problem, system, finer, modes) result(share)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system, finer
@@ -196,7 +197,7 @@ contains
       if (allocated(number%inner)) depends = depends .or. size(number%inner) > 0
    end function depends_inside
 
-   !> Change of a number between nodes by the enriched polynomials, at the same displacements of the nodes.
+   !> Change of a number if the enriched polynomials are used between the nodes, at the same displacements of the nodes.
    function enrichment_change(problem, state, number, finer, solved) result(inside)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -229,8 +230,8 @@ contains
 
    contains
 
-      !> Adds the change at one place. At the place itself the two polynomials may agree by chance: their largest difference in the
-      !> element is the bound.
+      !> Adds the change at one place. The two polynomials may agree by chance at this place, so that the bound is computed from
+      !> their largest difference in the element.
       subroutine add(tau, change, largest)
          real(wp), intent(in) :: tau             !! position in the element, 0 to 1
          real(wp), intent(in) :: change, largest !! change at the place; largest change in the element
@@ -258,18 +259,18 @@ contains
       end function difference
    end function enrichment_change
 
-   !> Dual displacements of all given functionals.
+   !> Computes the dual displacements of all given functionals.
    subroutine solve_path_duals(problem, system, held, number, modes, dual, by_held, ok)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! factored
-      type(functional_t), intent(in) :: held     !! the functional that the path constraint prescribes
+      type(functional_t), intent(in) :: held     !! functional whose value the path constraint prescribes
       type(functional_t), intent(in) :: number(:)
       real(wp), intent(in) :: modes(:, :) !! (n, multiplicity) null vectors of a bifurcation; no columns at other points. Components
-      !! of displacements along them are removed, because these are rounding divided by a vanishing eigenvalue
+      !! of displacements along the null vectors are removed, because they are rounding divided by a vanishing eigenvalue
       real(wp), intent(out) :: dual(:, :)        !! (unknowns, numbers) dual (adjoint) displacements, a column for each number, in
       !! node axes
-      real(wp), intent(out) :: by_held(:) !! (numbers) derivative of each number along the path with respect to the prescribed
-      !! quantity
+      real(wp), intent(out) :: by_held(:) !! (functionals) derivative of each functional along the path with respect to the
+      !! prescribed quantity
       logical, intent(out) :: ok                 !! false: the prescribed quantity is constant along the path, and nothing is set
       real(wp), dimension(system%n) :: tangent, known, push, of_load
       real(wp) :: response(system%n, 0:size(number)), along
@@ -301,9 +302,9 @@ contains
 
    contains
 
-      !> Dual displacements of one number. At a limit point their two parts, at constant load and due to the change of the load, are
-      !> unbounded, and the difference loses digits. It is therefore corrected by means of the residuals of the equations and of the
-      !> load.
+      !> Dual displacements of one number. They are the difference of two parts: at constant load, and due to the change of the
+      !> load. At a limit point both parts are unbounded, and their difference loses digits. The residuals of the dual equations
+      !> therefore correct the difference.
       subroutine combine(number, response, by_held, dual)
          type(functional_t), intent(in) :: number
          real(wp), intent(in) :: response(:)     !! (n) response of the structure to the gradient of the number
@@ -323,7 +324,7 @@ contains
          dual = dual + load_residual(number, by_held, dual) * of_load
       end subroutine combine
 
-      !> Residual of the dual equation of the load factor.
+      !> Residual of that dual equation which belongs to the load factor.
       pure real(wp) function load_residual(number, by_held, dual) result(residual)
          type(functional_t), intent(in) :: number
          real(wp), intent(in) :: by_held, dual(:)

@@ -4,12 +4,12 @@
 !>
 !> An element on a foundation may be several characteristic lengths long. If its polynomial is accurate enough, an opening inside is
 !> visible in its gap between the nodes. If the sign of this gap is uncertain, contact may have opened undetected, and only shorter
-!> elements can show it. An element too long to resolve its foundation gives only a mean gap, on which waves are superimposed that
-!> decay from its nodes.
+!> elements can show the opening. An element too long to resolve its foundation gives only a mean gap, plus waves of the gap that
+!> begin at its nodes and decay into the element.
 !>
-!> Contact may have begun undetected in free spans whose gaps the mesh is too coarse to compute (may_touch). The bars of the
-!> reported numbers need not show this. For example, the force with which the ground supports a ring is the weight of the ring on
-!> any mesh.
+!> Contact may have begun undetected in free spans whose gaps the mesh is too coarse to compute (may_touch). The error bars of the
+!> reported numbers need not show such a contact. For example, the force with which the ground supports a ring is the weight of the
+!> ring on any mesh.
 module hidden_contacts
    use kinds, only: wp
    use problem, only: problem_t
@@ -27,13 +27,14 @@ module hidden_contacts
    private
    public :: may_be_open, may_touch
 
-   real(wp), parameter :: place(2) = [1.0_wp / 3.0_wp, 0.5_wp] !! places in an element, 0 to 1, at which the two polynomials are
-   !! compared; at one place the difference of neighbouring orders may vanish
+   real(wp), parameter :: place(2) = [1.0_wp / 3.0_wp, 0.5_wp] !! places in an element, 0 to 1, at which the original and the
+   !! enriched polynomial are compared. Two places, because at a single one the difference between polynomials of neighbouring
+   !! orders may vanish
 
 contains
 
-   !> Marks the elements in which contact may have opened undetected. Places that are certainly open, or uncertain only because of
-   !> rounding, do not count.
+   !> (elements) true: contact may have opened undetected in the element. Elements whose gap is uncertain only because of rounding
+   !> do not count.
    function may_be_open(problem, state) result(doubtful)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged
@@ -42,10 +43,10 @@ contains
       type(element_gap_t) :: gap
       real(wp) :: range(2), known, settled, waves(2), peak, at, place, rounding
       logical :: waits(problem%model%mesh%n_elements)   ! true: the element is in the list `waiting`
-      integer :: waiting(problem%model%mesh%n_elements) ! elements without certain contact since the last place of certain contact
+      integer :: waiting(problem%model%mesh%n_elements) ! elements passed since the last place of certain contact
       integer :: n_waiting, k, c, j, e, round
-      logical :: certain                         ! true: certain contact was found at an earlier place
-      logical :: rounds_off                      ! true: the uncertainty is caused by rounding
+      logical :: certain                         ! true: a place of certain contact was found before in this region
+      logical :: rounds_off                      ! true: the uncertainty of the gap is only rounding
       doubtful = .false.
       if (.not. any(problem%ground%founded)) return
       rounding = gap_rounding(state)
@@ -83,7 +84,8 @@ contains
 
    contains
 
-      !> Checks one end of an element too long for its foundation, or its middle, where the wave from the end has decayed.
+      !> Classifies one place of an element too long for its foundation: an end, with the amplitude of the wave there, or the
+      !> middle, where the waves have decayed.
       subroutine check_decayed_wave(wave)
          real(wp), intent(in) :: wave            !! amplitude of the wave
          rounds_off = wave < 2.0_wp * rounding
@@ -113,8 +115,8 @@ contains
       end subroutine clear_waiting
    end function may_be_open
 
-   !> True if a gap that is not larger than the motion of the structure differs between the two problems by more than a certain part
-   !> of this motion (`resolved`), up to which such differences indicate errors.
+   !> True if a least gap between rod and obstacle is no larger than the structure's motion and differs between the original and the
+   !> enriched problem by more than the part `resolved` of this motion: contact may then have begun undetected.
    logical function may_touch(problem, state, scale, motion, finer, solved) result(may)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged
@@ -133,7 +135,7 @@ contains
          & abs(other%value - gap%value) * problem%size > resolved * motion)
    end function may_touch
 
-   !> Largest difference between the displacements of the two problems, at nodes and inside elements [length].
+   !> Largest difference between the displacements of the original and the enriched problem, at nodes and inside elements [length].
    real(wp) function position_error(problem, state, finer, solved) result(error)
       type(problem_t), intent(in) :: problem, finer
       type(state_t), intent(in) :: state, solved

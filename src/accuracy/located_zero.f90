@@ -29,19 +29,20 @@ module located_zero
    type :: zero_t
       type(event_t), allocatable :: event
       real(wp), allocatable :: modes(:, :)       !! (unknowns, multiplicity) bifurcation: null vectors, node axes
-      real(wp), allocatable :: coincident(:, :) !! (unknowns, any number) limit point: null vectors of bifurcations at the same
-      !! point
+      real(wp), allocatable :: coincident(:, :) !! (unknowns, number of null vectors) limit point: null vectors of bifurcations that
+      !! coincide with the limit point
       integer :: test = 0                        !! index of the test in run_span_tests; 0: the event is not a test of contact spans
-      real(wp) :: force_scale = 1.0_wp           !! scale of the forces in tests of contact spans, the same at all points. The scale
-      !! of a point itself is no smooth function: where the last contact of an unstressed structure ends it vanishes with the force
+      real(wp) :: force_scale = 1.0_wp !! scale of the forces in tests of contact spans, the same at all points. A scale from the
+      !! forces of each point would make the test unsmooth: where the last contact of an unstressed structure ends, such a scale
+      !! vanishes together with the tested force
    end type zero_t
 
-   real(wp), parameter :: as_zero = 1.0e-4_wp !! part of an eigenvalue's change over the increment below which the eigenvalue counts
-   !! as zero; with values from 1E-5 to 1E-3 every deck in input has the same results
+   real(wp), parameter :: as_zero = 1.0e-4_wp !! an eigenvalue counts as zero below this part of its change over the increment; with
+   !! values from 1E-5 to 1E-3 every deck in input has the same results
 
 contains
 
-   !> Prepares the test function of an event for evaluation at other points. A bifurcation is identified by its null vectors.
+   !> Prepares the test function of an event for evaluation at other points. A bifurcation is recognised there by its null vectors.
    subroutine new_zero(problem, event, state, system, zero)
       type(problem_t), intent(in) :: problem
       type(event_t), intent(in) :: event
@@ -68,12 +69,14 @@ contains
       end if
    end subroutine new_zero
 
-   !> Basis of those combinations of null vectors on which the load does no work. At a limit point these are the null vectors of
-   !> bifurcations: the load does work on the null vector of the limit point itself.
+   !> Basis of those combinations of null vectors on which the load does no work. At a limit point these combinations are the null
+   !> vectors of coinciding bifurcations, because the load does work on the null vector of the limit point itself.
    pure function without_work(load, modes) result(basis)
       real(wp), intent(in) :: load(:)            !! (unknowns) load vector, node axes
-      real(wp), intent(in) :: modes(:, :)        !! (unknowns, any number) null vectors, orthonormal in the metric
-      real(wp), allocatable :: basis(:, :)       !! (unknowns, one column less, or none) orthonormal
+      real(wp), intent(in) :: modes(:, :) !! (unknowns, number of null vectors) null vectors, orthonormal in the arc-length metric
+      !! of the path
+      real(wp), allocatable :: basis(:, :) !! (unknowns, number of null vectors - 1) orthonormal; no columns for fewer than two null
+      !! vectors
       real(wp) :: work(size(modes, 2)), mirror(size(modes, 2))
       integer :: k, n
       n = size(modes, 2)
@@ -104,7 +107,7 @@ contains
          if (size(tests) < zero%test) return
          value = tests(zero%test)%value
          ! The test of contact spans is minus the magnitude of the couple, because a couple of either sign lifts the contact. Here
-         ! the couple itself is used, which is smooth.
+         ! the couple itself is used, because it is smooth where it changes its sign.
          if (tests(zero%test)%kind == test_couple) value = breakpoint_couple(problem, state, tests(zero%test)%candidate) / &
             & (zero%force_scale * problem%size)
       else if (.not. allocated(zero%event)) then
@@ -116,8 +119,9 @@ contains
       end if
    end function zero_value
 
-   !> Value of the test function that remains at the located event. A line contact counts as vanished at its shortest length, as
-   !> does the span between a contact and a segment boundary; this length is the remaining value.
+   !> Value of the test function that remains at the located event. A line contact, or a free span between a contact and a segment
+   !> boundary, counts as vanished when it has a least length above zero; this length is then the remaining value. Otherwise it is
+   !> zero.
    real(wp) function left_of_zero(problem, zero, state) result(left)
       type(problem_t), intent(in) :: problem
       type(zero_t), intent(in) :: zero
@@ -150,9 +154,9 @@ contains
          & problem%ground%chain%contact(candidate), problem%ground%chain%element(2, candidate), tau, gap, normal))
    end subroutine find_event_gap
 
-   !> Difference of the event function between the enriched problem and the original one, without the part caused by nodal values.
-   !> Only events of foundations have such a difference: their smallest gap lies inside an element and is only as accurate as the
-   !> polynomial of the element.
+   !> Difference of the event function between the enriched and the original problem, as far as it comes from the polynomials
+   !> between nodes and not from the nodal values. Only events of foundations have such a difference: their smallest gap lies inside
+   !> an element and is only as accurate as the polynomial of the element.
    subroutine between_nodes(problem, zero, state, system, load_rate, finer, there, value, element, part, most, interpolation)
       type(problem_t), intent(in) :: problem, finer
       type(zero_t), intent(in) :: zero
@@ -163,8 +167,8 @@ contains
       real(wp), intent(in) :: value              !! event function on the enriched problem
       integer, intent(out) :: element            !! element that contains the smallest gap; 0: none
       real(wp), intent(out) :: part              !! the difference
-      real(wp), intent(out) :: most              !! bound of the difference at the smallest gap's distance from the nodes
-      real(wp), intent(out) :: interpolation             !! interpolation error of both rod profiles at the smallest gap
+      real(wp), intent(out) :: most              !! bound of the difference at the place of the smallest gap; zero at the nodes
+      real(wp), intent(out) :: interpolation !! larger of the interpolation errors of the two rod profiles at the smallest gap
       type(element_gap_t) :: gap(2)
       real(wp) :: tau, factor
       integer :: j, candidate
@@ -206,7 +210,7 @@ contains
       if (allocated(zero%event)) is_on_ground = zero%event%ground%contact > 0
    end function is_on_ground
 
-   !> Accuracy to which the gap at an end of foundation contact was located, without rounding; zero for other events.
+   !> Gap that the location left at an end of foundation contact, plus one per cent; zero for other events.
    real(wp) function located_gap(problem, zero, state)
       type(problem_t), intent(in) :: problem
       type(zero_t), intent(in) :: zero
@@ -215,7 +219,7 @@ contains
       if (is_on_ground(zero)) located_gap = 1.01_wp * ground_event_gap(problem, state, zero%event%ground)
    end function located_gap
 
-   !> The eigenvalue nearest to zero among those whose modes are mainly combinations of the given modes.
+   !> The eigenvalue nearest to zero among those whose modes are mainly combinations of the given modes; NaN if there is none.
    function eigenvalue_of(problem, given, state, system) result(value)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: given(:, :)
@@ -238,7 +242,7 @@ contains
          end if
       end if
       call lowest_modes(problem, state, system, most_null_vectors + 1, modes, error)
-      ! Eigenvalues are sorted by magnitude: the first one with such a mode is nearest to zero.
+      ! Eigenvalues are sorted by magnitude: of those with such a mode, the first is nearest to zero.
       do i = 1, modes%n
          if (sum([(likeness(problem, given(:, k), modes%x(:, i))**2, k=1, size(given, 2))]) < 0.5_wp) cycle
          value = modes%mu(i) - of_other_modes(problem, state, system, modes%x(:, i))
@@ -271,8 +275,8 @@ contains
       settled = settled .and. likeness(problem, given, mode)**2 >= 0.5_wp
    end subroutine iterate_mode
 
-   !> Rounding error of the eigenvalue of a mode: of the element deformations from which the Rayleigh quotient is computed (see
-   !> tangent_modes), plus the contribution of other modes that remain after the iteration.
+   !> Error of the eigenvalue of a mode by rounding: the rounding of the element deformations from which the Rayleigh quotient is
+   !> computed (see tangent_modes), plus the contribution of other modes that the iteration left in the mode.
    real(wp) function mode_rounding(problem, state, system, zero) result(rounding)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -288,8 +292,9 @@ contains
       rounding = epsilon(rounding) * sqrt(rounding) + abs(of_other_modes(problem, state, system, zero%modes(:, 1)))
    end function mode_rounding
 
-   !> Contribution of other modes to the Rayleigh quotient of an iterated mode. A part c of a mode phi with the eigenvalue m adds
-   !> c^2 m and leaves the residual r = c m M phi (M: metric), so that r.K^-1 r with the tangent K is the sum of all contributions.
+   !> Contribution of other modes to the Rayleigh quotient of an iterated mode. If the iterated mode contains the part c of another
+   !> mode phi with the eigenvalue m, this part adds c^2 m to the quotient and c m M phi (M: metric) to the residual r. Hence r.K^-1
+   !> r with the tangent K is the sum of the contributions of all other modes.
    real(wp) function of_other_modes(problem, state, system, mode) result(added)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

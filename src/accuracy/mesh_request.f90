@@ -1,9 +1,9 @@
-!> Mesh requests from error bars: number and distribution of the elements that satisfy a tolerance.
+!> Mesh requests from error bars: the number and the distribution of elements with which the errors are within the tolerance.
 !>
-!> An element of s stages (Gauss points) and length h contributes c h^(2s+1) to the error of a number. If g =
-!> contribution^(1/(2s+1)) is equal in all elements, the error of n elements is (sum of g)^(2s+1) / n^(2s); n follows from the
-!> tolerance. The result is exact if the mesh resolves the solution; if the bars show that it does not, the number of elements is
-!> doubled.
+!> An element of s stages (Gauss points) and length h contributes c h^(2s+1) to the error of a number. Let g be
+!> contribution^(1/(2s+1)). With n elements of equal g the error is (sum of g)^(2s+1) / n^(2s), with the sum over the elements of
+!> the present mesh; n follows from the tolerance. This n is exact if the present mesh resolves the solution. If no error can be
+!> estimated, because the mesh is too coarse, the number of elements is doubled.
 module mesh_request
    use kinds, only: wp
    use model, only: monitor_t, quantity_displacement, quantity_section
@@ -23,61 +23,66 @@ module mesh_request
    type :: refinement_t
       real(wp) :: ratio = huge(1.0_wp)           !! error over tolerance at the last refinement that reduced the error
       integer :: elements = 0                    !! number of elements of the mesh after this refinement
-      real(wp) :: ratio_before = huge(1.0_wp)    !! error over tolerance on the previous mesh, whether or not it reduced the error
+      real(wp) :: ratio_before = huge(1.0_wp) !! error over tolerance on the previous mesh, whether or not this mesh reduced the
+      !! error
       integer :: elements_before = 0             !! number of elements of the previous mesh
-      integer :: doublings = 0 !! number of times that the elements were doubled because no error could be estimated, at this point
-      !! and at previous points without estimate
-      type(mesh_density_t), allocatable :: demand(:)   !! (rod segments) mesh density before any of these meshes was made
+      integer :: doublings = 0 !! number of times that the number of elements was doubled because no error could be estimated, at
+      !! this point and at the points before it without estimate
+      type(mesh_density_t), allocatable :: demand(:) !! (rod segments) mesh density before the first of the meshes for this point
+      !! was made
       logical :: in_vain = .false.               !! true: finer meshes do not reduce the error
    end type refinement_t
 
    !> Largest number of meshes tried for one point. Each mesh has at most four times the elements of the previous one.
    integer, parameter :: most_meshes = 8
-   real(wp), parameter :: part_of_asked = 0.5_wp !! part of the tolerance for which a mesh is designed; the rest allows for the
-   !! prediction of the error
-   real(wp), parameter :: part_of_iteration = 0.1_wp !! part of the tolerance that the remainder of the Newton iteration may use
+   real(wp), parameter :: part_of_asked = 0.5_wp !! part of the tolerance for which a mesh is designed; the rest of the tolerance is
+   !! a margin for the error of the prediction
+   real(wp), parameter :: part_of_iteration = 0.1_wp !! part of the tolerance that the residual left by the Newton iteration may
+   !! cause
    !> Two elements whose true error contributions are equal may have estimated contributions that differ by up to this factor,
-   !> because a valid bar may miss the share `largest_unseen` of either.
+   !> because a bounded bar may miss up to the share `largest_unseen` of each contribution.
    real(wp), parameter :: share_known = (1.0_wp + largest_unseen) / (1.0_wp - largest_unseen)
-   real(wp), parameter :: of_rest = 1.4_wp       !! factor of the Newton iteration's remainder in a bar, see error_bar
+   real(wp), parameter :: of_rest = 1.4_wp !! factor with which the error from the Newton iteration's residual enters a bar, see
+   !! error_bar
    real(wp), parameter :: most_spared = 0.7_wp !! largest ratio of the new to the present number of elements for which coarsening is
    !! worthwhile
-   integer, parameter :: most_cancelling = 4 !! number of meshes for a point after which a mesh that hardly reduces the error is the
-   !! last; on fewer meshes errors of few elements may have cancelled
-   integer, parameter :: most_unbounded = 2      !! the same number of meshes if the bars are unbounded
-   integer, parameter :: most_unknown = 5 !! number of meshes without error estimates, for one point or several points in a row,
-   !! after which no further mesh is tried
-   !> Rounding error of a position, over the structure's size: the largest value in runs of a prototype. Smaller errors of positions
-   !> are not required.
+   integer, parameter :: most_cancelling = 4 !! number of meshes for a point after which refinement ends if the last mesh has hardly
+   !! reduced the error. After fewer meshes the errors of few elements may just have cancelled on the coarse mesh
+   integer, parameter :: most_unbounded = 2 !! number of meshes with the same meaning as most_cancelling, if the bars are unbounded
+   integer, parameter :: most_unknown = 5 !! number of meshes without error estimates after which no further mesh is tried, for one
+   !! point or for several points in a row
+   !> Rounding error of a position, over the structure's size: the largest value in runs of a prototype. The tolerance never
+   !> requires smaller errors of positions.
    real(wp), parameter :: place_rounding = 3.0e-14_wp
-   !> Rounding error, over the structure's size, of a displacement that is zero by symmetry. On unstable parts of a path it is
-   !> larger than that of positions, and it depends on the LAPACK library (1e-13 in the deep arch).
+   !> Rounding error, over the structure's size, of a displacement that is zero by symmetry. On unstable parts of a path this error
+   !> is larger than place_rounding, and it depends on the LAPACK library (1e-13 in the deep arch of the decks).
    real(wp), parameter :: idle_rounding = 10.0_wp * place_rounding
    real(wp), parameter :: enough_progress = 0.7_wp !! largest ratio of new to old error that counts as progress, on a mesh finer by
    !! the factor `least`
    real(wp), parameter :: most = 4.0_wp !! largest factor on the number of elements in one request; beyond it the predicted error is
    !! unreliable
-   real(wp), parameter :: least = 1.25_wp !! smallest factor on the number of elements, if a mesh with the predicted number was not
-   !! sufficient
+   real(wp), parameter :: least = 1.25_wp !! smallest factor on the number of elements for the next mesh, if a mesh with the
+   !! predicted number was not sufficient
 
 contains
 
    !> Requests a finer mesh if bars are wider than allowed, or if contact may have changed undetected. `demand` is not allocated if
-   !> the bars are within tolerance, or if no mesh of the program can narrow them (rounding, elements given by the deck, no
-   !> estimate).
+   !> the bars are within tolerance, or if no mesh that the program can make narrows them: bars of rounding, elements given by the
+   !> deck, too many meshes in vain.
    subroutine request_mesh(problem, state, bars, sizes, counted, asked, critical, tries, can_settle, last, unsettled, demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! state at the point of the bars
       type(error_bars_t), intent(in) :: bars
-      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) values to which the errors are related
+      real(wp), intent(in) :: sizes(:) !! (1 + monitors) reference values of load factor and monitors, to which their errors are
+      !! related, from value_sizes
       integer, intent(in) :: counted(:)          !! indices of the monitors to which the tolerance applies; 0: the load factor
       real(wp), intent(in) :: asked              !! relative error that is allowed
       logical, intent(in) :: critical            !! true: a critical point, at which bars must be bounded and rounding counts
       integer, intent(in) :: tries               !! number of insufficient meshes requested for this point so far
       type(refinement_t), intent(inout) :: last  !! history of the meshes requested for this point
-      logical, intent(in) :: can_settle          !! true: the Newton iteration can continue to a smaller residual
-      logical, intent(out) :: unsettled !! true: the iteration's remainder exceeds its part of the tolerance and must be reduced
-      !! before the mesh is changed
+      logical, intent(in) :: can_settle          !! true: the Newton iteration could be continued to a smaller residual
+      logical, intent(out) :: unsettled !! true: the Newton iteration's residual causes more error than its part of the tolerance;
+      !! it must be reduced before the mesh is changed
       type(mesh_density_t), allocatable, intent(out) :: demand(:) !! (rod segments) requested mesh density
       type(mesh_density_t) :: here(size(problem%layout%rod_segment))
       integer :: k
@@ -119,7 +124,8 @@ contains
             last%in_vain = .false.
          end if
          if (known .and. .not. allocated(bars%share)) then
-            ! If foundation contact ends inside an element, a node at the end reduces the error; more elements do not.
+            ! There are no contributions of elements. If foundation contact ends inside an element, a node at this end reduces the
+            ! error; more elements do not.
             cut = .false.
             rounding = gap_rounding(state)
             do k = 1, problem%ground%chain%n
@@ -149,21 +155,21 @@ contains
                last%in_vain = .false.
             else if (tries > most_cancelling .or. (tries > merge(1, most_unbounded, bounded) .and. now >= 2 * last%elements .and. &
                & enough_progress * ratio > 1.0_wp .and. .not. on_its_way)) then
-               ! More elements do not reduce the error. But on coarse meshes errors may cancel, by symmetry on the first mesh or
-               ! where they are almost within tolerance, and a few more elements may give bounded bars. Refinement therefore ends
-               ! only after several meshes.
+               ! More elements do not reduce the error. But on the coarse meshes before, errors of elements may have cancelled, for
+               ! example by symmetry, so that a finer mesh seems worse; and a few more elements may give bounded bars. Refinement
+               ! therefore ends only after several meshes.
                last%in_vain = .true.
                return
             end if
             last%ratio_before = ratio
             last%elements_before = now
-            ! Error contributions of elements given by the deck do not decrease on any mesh.
+            ! The program does not refine elements given by the deck. If they cause most of the error, no mesh helps.
             if (2.0_wp * sum(indicator, mask=free) < sum(indicator)) return
             wanted = number_for(problem, free, whole, part_of_asked * asked)
             if (tries > 0 .or. .not. bounded) wanted = max(wanted, least * now)
-            ! On a coarse mesh the errors of elements may cancel by chance, and a slightly finer mesh then has larger errors; on a
-            ! mesh with twice the elements this does not happen. (If the elements were always doubled, the mesh would also double at
-            ! each point at which more elements do not reduce the error.)
+            ! On a coarse mesh the errors of elements may cancel by chance, so that a slightly finer mesh has larger errors; a mesh
+            ! with twice the elements has smaller ones. (Elements are not always doubled, because the mesh would then double at each
+            ! point at which more elements do not reduce the error.)
             if (.not. helps .and. tries > most_cancelling) wanted = max(wanted, 2.0_wp * last%elements)
             wanted = min(wanted, most * now)
             g = g / whole
@@ -174,7 +180,7 @@ contains
             wanted = 2.0_wp * now
          end if
          if (.not. (known .and. bounded)) then
-            ! The error contributions are unreliable: no element is made longer.
+            ! The error contributions are unreliable, so that no element is made longer because of them.
             g = merge(max(g / max(sum(g), tiny(g)), 1.0_wp / now), 0.0_wp, free)
             g = g / sum(g)
          end if
@@ -182,9 +188,9 @@ contains
       end subroutine mesh_for_bars
    end subroutine request_mesh
 
-   !> True if finer meshes can satisfy the tolerance: the error, extrapolated with its rate between two meshes, reaches the
-   !> tolerance before rounding dominates. Rounding grows as the fourth power of the number of elements of a rod. Slope
-   !> discontinuities inside elements make the rate small.
+   !> True if finer meshes can satisfy the tolerance: the error, extrapolated with its rate of decrease between two meshes, reaches
+   !> the tolerance before rounding dominates. Rounding grows as the fourth power of the number of elements of a rod. With kinks of
+   !> a foundation's force inside elements the error decreases slowly.
    pure logical function can_reach_tolerance(ratio, now, ratio_before, elements_before, segments)
       real(wp), intent(in) :: ratio              !! error over tolerance on the present mesh
       integer, intent(in) :: now                 !! number of elements of the present mesh
@@ -196,13 +202,14 @@ contains
       can_reach_tolerance = log(max(ratio, 1.0_wp)) * finer <= left * (log(ratio_before) - log(max(ratio, tiny(ratio))))
    end function can_reach_tolerance
 
-   !> Requests a coarser mesh if bars are narrower than necessary. `demand` is not allocated if the mesh would have hardly fewer
-   !> elements, or if the number of elements is unknown.
+   !> Requests a coarser mesh if bars are narrower than necessary. `demand` is not allocated if the coarser mesh would have hardly
+   !> fewer elements, or if the bars do not tell a sufficient number of elements.
    subroutine coarser_mesh(problem, state, bars, sizes, counted, asked, demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! state at the point of the bars
       type(error_bars_t), intent(in) :: bars
-      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) values to which the errors are related
+      real(wp), intent(in) :: sizes(:) !! (1 + monitors) reference values of load factor and monitors, to which their errors are
+      !! related, from value_sizes
       integer, intent(in) :: counted(:)          !! indices of the monitors to which the tolerance applies; 0: the load factor
       real(wp), intent(in) :: asked              !! relative error that is allowed
       type(mesh_density_t), allocatable, intent(out) :: demand(:) !! (rod segments) sufficient mesh density
@@ -220,24 +227,26 @@ contains
       demand = demand_of(problem, state, wanted, g / whole)
    end subroutine coarser_mesh
 
-   !> Error contribution of each element in proportion to the error bars: the largest over all numbers to which the tolerance
-   !> applies.
+   !> Computes an error indicator of each element: its contribution to an error bar over the allowed error, as the largest of these
+   !> ratios over load factor and monitors to which the tolerance applies.
    subroutine indicate(bars, sizes, counted, asked, critical, bounds, can_settle, indicator, ratio, known, bounded, unsettled)
       type(error_bars_t), intent(in) :: bars
-      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) values to which the errors are related
+      real(wp), intent(in) :: sizes(:) !! (1 + monitors) reference values of load factor and monitors, to which their errors are
+      !! related, from value_sizes
       integer, intent(in) :: counted(:)          !! indices of the monitors to which the tolerance applies; 0: the load factor
       real(wp), intent(in) :: asked              !! relative error that is allowed
       logical, intent(in) :: critical !! true: a critical point, whose rounding counts; false: a point between critical points,
       !! whose rounding does not count
       logical, intent(in) :: bounds              !! true: bars must be bounded
-      logical, intent(in) :: can_settle          !! true: the Newton iteration can continue to a smaller residual
-      real(wp), intent(out) :: indicator(:)      !! (elements) contributions, over the error that the mesh may cause
-      real(wp), intent(out) :: ratio !! largest ratio of the mesh's part of a bar to the part of the tolerance that rounding and
-      !! iteration leave
-      logical, intent(out) :: known              !! true: the bars are meaningful
+      logical, intent(in) :: can_settle          !! true: the Newton iteration could be continued to a smaller residual
+      real(wp), intent(out) :: indicator(:) !! (elements) error contributions, scaled so that their sum for one number is `asked`
+      !! where the number's bar is as wide as allowed
+      real(wp), intent(out) :: ratio !! largest ratio of the mesh's part of a bar to the allowed error, less the parts of rounding
+      !! and of the Newton iteration
+      logical, intent(out) :: known              !! true: errors could be estimated, and no instability was missed
       logical, intent(out) :: bounded            !! true: all bars to which the tolerance applies are bounded
-      logical, intent(out) :: unsettled !! true: the iteration's remainder exceeds its part of the tolerance and must be reduced
-      !! before the mesh is changed
+      logical, intent(out) :: unsettled !! true: the Newton iteration's residual causes more error than its part of the tolerance;
+      !! it must be reduced before the mesh is changed
       integer :: k
       indicator = 0.0_wp
       ratio = 0.0_wp
@@ -253,7 +262,7 @@ contains
 
    contains
 
-      !> Includes one number: the contributions of the elements in proportion to the number's bar.
+      !> Includes the bar of the load factor or of a monitor: distributes it over the elements in proportion to their contributions.
       subroutine add(number, row)
          type(error_bar_t), intent(in) :: number
          integer, intent(in) :: row
@@ -279,15 +288,14 @@ contains
       end subroutine add
    end subroutine indicate
 
-   !> True for a bar that consists mainly of rounding. Such bars, for example at the first point of a path, do not count between
-   !> critical points.
+   !> True for a bar of which more than half is rounding, as at the first point of a path. Between critical points such bars do not
+   !> count.
    elemental logical function is_rounding(number)
       type(error_bar_t), intent(in) :: number
       is_rounding = 2.0_wp * number%rounding > number%bar
    end function is_rounding
 
-   !> (elements) g = contribution^(1/(2s + 1)) of elements whose nodes the program places; equal for all elements of an optimal
-   !> mesh.
+   !> (elements) g = contribution^(1/(2s + 1)), equal for all elements of an optimal mesh; 0 for elements given by the deck.
    pure function elements_share(problem, free, indicator) result(g)
       type(problem_t), intent(in) :: problem
       logical, intent(in) :: free(:)             !! (elements) true: the program places the nodes of the element
@@ -297,7 +305,7 @@ contains
       where (free .and. indicator > 0.0_wp) g = indicator**(1.0_wp / (2 * problem%model%mesh%stages + 1))
    end function elements_share
 
-   !> Number of elements with a prescribed error, if all elements contribute equally.
+   !> Number of elements with which the error is the prescribed one, if all elements contribute equally.
    pure real(wp) function number_for(problem, free, whole, error) result(n)
       type(problem_t), intent(in) :: problem
       logical, intent(in) :: free(:)
@@ -313,8 +321,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: wanted             !! number of elements of the new mesh
-      real(wp), intent(in) :: g(:) !! (elements of the present mesh) part of the new elements that lies in each present element; sum
-      !! 1
+      real(wp), intent(in) :: g(:) !! (elements of the present mesh) fraction of the new elements that lies in each element of the
+      !! present mesh; the sum is 1
       type(mesh_density_t) :: demand(size(problem%layout%rod_segment))
       integer :: k
       demand = present_demand(problem, state)
@@ -325,7 +333,7 @@ contains
       demand = laid_out(problem, state, demand)
    end function demand_of
 
-   !> Mesh density made symmetric and smooth; meshes are made from such a density.
+   !> The wanted mesh density, made symmetric and smooth, as the mesh generator needs it.
    function laid_out(problem, state, wanted) result(demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -342,8 +350,8 @@ contains
       end do
    end function laid_out
 
-   !> True if the deformation is symmetric or antisymmetric: elements at equal distances from the two ends of the chain of rod
-   !> segments rotate by the same amount, of either sign, within the tolerance.
+   !> True if the deformation is symmetric or antisymmetric: elements at equal distances from the two ends of the structure's
+   !> sequence of rod segments bend by the same angle, of either sign, within the tolerance.
    pure logical function bent_alike(problem, state) result(alike)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -367,11 +375,11 @@ contains
       type(state_t), intent(in) :: state
       real(wp) :: sizes(2)
       sizes = [maxval(norm2(state%u(1:2, :), 1)), maxval(abs(state%u(3, :)))]
-      ! A rod that only shortens has no rotation. Its displacement over the structure's size is used instead.
+      ! A rod that only shortens does not rotate. The displacement over the structure's size is then used as rotation.
       sizes(2) = max(sizes(2), sizes(1) / problem%size)
    end function motion_sizes
 
-   !> True if two states on one mesh differ by less than the largest displacement and rotation so far.
+   !> True if two states on one mesh differ by no more than the largest displacement and rotation of the path so far.
    pure logical function stays_within(problem, from, to, motion) result(within)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
@@ -382,7 +390,8 @@ contains
       within = all(motion_sizes(problem, change) <= max(motion, motion_sizes(problem, from)))
    end function stays_within
 
-   !> Values to which the errors of load factor and monitors are related: the largest value of each kind so far.
+   !> (1 + monitors) Reference values to which the errors of load factor and monitors are related: the largest value of each kind
+   !> (load factor, displacement, rotation, force, moment) on the path so far.
    pure function value_sizes(problem, force_scale, load, motion, asked) result(sizes)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: force_scale        !! largest scale of forces so far, see system_t
@@ -410,7 +419,8 @@ contains
       end do
    end function value_sizes
 
-   !> True if a monitor is a strain, a stress or a place: its reference is no force or moment of the structure.
+   !> True if a monitor is a strain, a stress or the position of a largest section quantity: forces and moments are no reference for
+   !> such a monitor.
    pure logical function of_section_alone(monitor)
       type(monitor_t), intent(in) :: monitor
       of_section_alone = monitor%quantity == quantity_section
@@ -444,16 +454,17 @@ contains
       end associate
    end function rounding_of
 
-   !> Largest ratio of a bar to the tolerance, and the number that has this ratio.
+   !> Finds the largest ratio of an error bar to the tolerance, and the load factor or monitor that has this ratio.
    subroutine excess(bars, sizes, counted, asked, critical, in_results, ratio, which)
       type(error_bars_t), intent(in) :: bars
-      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) values to which the errors are related
+      real(wp), intent(in) :: sizes(:) !! (1 + monitors) reference values of load factor and monitors, to which their errors are
+      !! related, from value_sizes
       integer, intent(in) :: counted(:)          !! indices of the monitors to which the tolerance applies; 0: the load factor
       real(wp), intent(in) :: asked              !! relative error that is allowed
       logical, intent(in) :: critical            !! true: rounding counts as error
       logical, intent(in) :: in_results !! true: the bars are written to the results, where an unbounded bar exceeds every tolerance
       real(wp), intent(out) :: ratio             !! largest ratio
-      integer, intent(out) :: which              !! number with the largest ratio: 0: the load factor, else index of the monitor
+      integer, intent(out) :: which              !! index of the monitor with the largest ratio; 0: the load factor
       integer :: k
       ratio = 0.0_wp
       which = 0
@@ -463,7 +474,7 @@ contains
 
    contains
 
-      !> Takes the ratio of one number if it is the largest so far.
+      !> Takes the ratio of the load factor or of a monitor if it is the largest so far.
       subroutine take(number)
          type(error_bar_t), intent(in) :: number
          type(error_bar_t) :: of_mesh

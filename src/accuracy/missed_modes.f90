@@ -1,9 +1,10 @@
-!> Compares the number of unstable directions on the mesh with that of elements of a higher order, or of shorter elements.
+!> Compares the number of unstable directions (negative pivots of the tangent) on the mesh with that of the enriched problem, whose
+!> elements have a higher order.
 !>
-!> If the two numbers differ, the path has passed a bifurcation that only one of the two discretisations has. Load and displacements
-!> need not show this: a straight rod of one element of order 2 is exact except that it cannot buckle. The numbers may also be equal
-!> while the discretisation error of an eigenvalue exceeds the eigenvalue: then one discretisation may have passed a bifurcation
-!> that the structure does not have.
+!> If these two counts differ, the path has passed a bifurcation that only one of the two discretisations has. Load and
+!> displacements need not show this: a straight rod of one element of order 2 is exact except that it cannot buckle. The counts may
+!> also be equal while the discretisation error of an eigenvalue of the tangent exceeds the eigenvalue. Then the path may have
+!> passed a bifurcation that the structure does not have.
 module missed_modes
    use kinds, only: wp, pi
    use errors, only: error_t
@@ -26,10 +27,10 @@ module missed_modes
 
 contains
 
-   !> Number of unstable directions that the pivots of a state do not show: those of the enriched problem minus those of the
-   !> original one. If both have the same number, those inside elements (hidden_directions) are returned; if there are none either,
-   !> those which appear if force-free line contacts are released (released_difference). A difference that is uncertain, because an
-   !> eigenvalue is close to zero, counts as 0.
+   !> Number of unstable directions that the pivots of a state do not show: the count of the enriched problem minus that of the
+   !> original problem. If this is zero, the count of buckling modes inside elements (hidden_directions) is returned. If this is
+   !> zero as well, the result is the count of those that appear when line contacts without pressure are released
+   !> (released_difference). A difference that is uncertain, because an eigenvalue is close to zero, counts as 0.
    integer function unstable_difference(problem, state, system, path, point, allowed) result(difference)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -45,7 +46,8 @@ contains
       if (any_force_free(problem, state, system)) difference = released_difference(problem, state, system, allowed)
    end function unstable_difference
 
-   !> True if the discretisation error of the eigenvalue nearest to zero is as large as the eigenvalue: its sign is uncertain.
+   !> True if the discretisation error of the eigenvalue nearest to zero exceeds the eigenvalue, so that its sign is uncertain. An
+   !> eigenvalue that is zero within rounding does not count.
    logical function sign_uncertain(problem, state, system, path, point) result(uncertain)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -68,9 +70,9 @@ contains
       if (uncertain) uncertain = abs(modes%mu(1)) > beyond_rounding * mode_rounding(problem, state, system, zero)
    end function sign_uncertain
 
-   !> Lower bound of the number of unstable directions that no pivot counts: buckling modes of elements between fixed nodes
-   !> (Wittrick and Williams 1971). An element of length h that is clamped at both ends has its n-th such mode at the thrust N = 4
-   !> pi^2 n^2 EI/h^2. Elements of higher orders do not show these modes either.
+   !> Number of unstable directions that no pivot counts, at least: buckling modes of elements between nodes that do not move
+   !> (Wittrick and Williams 1971). An element of length h that is clamped at both ends has the n-th of these modes at the thrust N
+   !> = 4 pi^2 n^2 EI/h^2. Elements of a higher order do not show these modes either, as their nodes do not move.
    integer function hidden_directions(problem, state, system) result(hidden)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -94,7 +96,7 @@ contains
       type(state_t), intent(in) :: state, better
       type(system_t), intent(in) :: system, linear  !! factored at `state` and at `better`
       integer, intent(in) :: allowed
-      integer :: zeros(2)                        ! number of negative eigenvalues among those of the event, whose signs are rounding
+      integer :: zeros(2)                        ! negative eigenvalues among those that vanish at the event
       difference = linear%negative_pivots - system%negative_pivots
       if (abs(difference) <= allowed) difference = 0
       if (difference == 0) return
@@ -106,8 +108,9 @@ contains
       if (difference /= 0) difference = difference - (zeros(2) - zeros(1))
    end function certain_difference
 
-   !> Difference between the numbers of unstable directions in the reduced problem, which has no force-free line contacts. Such
-   !> contacts hide the difference: a straight rod supported by a straight wall is exact on any mesh.
+   !> Difference between the numbers of unstable directions on enriched and original elements, in the problem without line contacts
+   !> that have no pressure (force_free_contact). Such contacts hide a difference: a straight rod along a straight wall is exact on
+   !> any mesh.
    integer function released_difference(problem, state, system, allowed) result(difference)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -131,9 +134,10 @@ contains
       if (difference == 0) difference = hidden_directions(free, released, loose)
    end function released_difference
 
-   !> True if both discretisations have the same sign of the relative curvature at every point contact, so that their numbers of
-   !> negative pivots can be compared. The rotational stiffness of a point contact is proportional to the inverse of its relative
-   !> curvature; close to a transition to a line contact or to two point contacts the sign is uncertain.
+   !> True if at every point contact the relative curvatures (rod minus obstacle) on both discretisations differ by less than their
+   !> magnitudes, and so have the same sign. Then the numbers of negative pivots can be compared. The rotational stiffness of a
+   !> point contact is proportional to the inverse of its relative curvature; close to a transition to a line contact or to two
+   !> point contacts the sign is uncertain.
    logical function points_comparable(problem, state, finer, better) result(comparable)
       type(problem_t), intent(in) :: problem, finer
       type(state_t), intent(in) :: state, better
@@ -148,7 +152,7 @@ contains
       end do
    end function points_comparable
 
-   !> True if the signs of all eigenvalues are certain, except for those of an event, which may be zero within rounding.
+   !> True if the signs of all eigenvalues are certain, except for the eigenvalues that vanish at an event.
    logical function sign_is_certain(problem, state, system, zeros, negative)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

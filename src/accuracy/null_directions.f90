@@ -1,9 +1,9 @@
-!> Removes the components along the null vectors from a solution at a bifurcation. They are arbitrary, because they are rounding
-!> divided by a vanishing eigenvalue.
+!> Removes the components along the null vectors from a solution at a bifurcation. These components are arbitrary, because they are
+!> rounding divided by a vanishing eigenvalue.
 !>
-!> With the null vector v, the factored tangent K and the metric M, the arbitrary component has the direction K^-1 M v. This
-!> direction differs from v, because K may be the tangent of the enriched problem, or contain rounding. In slender rods the
-!> difference would cause large axial strains and forces.
+!> Let v be a null vector, K the factored tangent, and M the diagonal matrix of the arc-length metric. The arbitrary component has
+!> the direction K^-1 M v. This direction differs from v, because K may be the tangent of the enriched problem, or contain rounding.
+!> To subtract a multiple of v instead would leave large axial strains and forces in slender rods.
 module null_directions
    use kinds, only: wp
    use problem, only: problem_t, dof, unknown_weights
@@ -22,8 +22,8 @@ contains
    function new_null_directions(problem, system, modes) result(direction)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! factored
-      real(wp), intent(in) :: modes(:, :)        !! (unknowns, any number) null vectors, orthonormal in the metric, node axes
-      real(wp), allocatable :: direction(:, :)   !! (unknowns, same number)
+      real(wp), intent(in) :: modes(:, :) !! (unknowns, number of null vectors) null vectors, orthonormal in the metric, node axes
+      real(wp), allocatable :: direction(:, :)   !! (unknowns, number of null vectors) directions, node axes
       integer :: k
       allocate (direction, mold=modes)
       do k = 1, size(modes, 2)
@@ -35,8 +35,8 @@ contains
    !> Subtracts multiples of the directions from x, so that no component along the null vectors remains.
    pure subroutine leave_out(problem, modes, direction, x)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: modes(:, :), direction(:, :) !! (unknowns, any number) null vectors; their directions from
-      !! new_null_directions
+      real(wp), intent(in) :: modes(:, :), direction(:, :) !! (unknowns, number of null vectors) null vectors; the directions that
+      !! new_null_directions gives for them
       real(wp), intent(inout) :: x(:)            !! (unknowns) solution, node axes
       real(wp) :: a(size(modes, 2), size(modes, 2)), b(1, size(modes, 2))
       logical :: singular
@@ -57,17 +57,18 @@ contains
    function response_without(problem, system, modes) result(response)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! factored
-      real(wp), intent(in) :: modes(:, :)        !! (unknowns, any number) null vectors, orthonormal in the metric, node axes
+      real(wp), intent(in) :: modes(:, :) !! (unknowns, number of null vectors) null vectors, orthonormal in the metric, node axes
       real(wp) :: response(system%n)
       response = system%tangent
       call leave_out(problem, modes, new_null_directions(problem, system, modes), response)
    end function response_without
 
-   !> Unit tangent, at a bifurcation, of the path that has no component along the null vectors. The load factor increases along it.
+   !> Unit tangent, at a bifurcation, of the path that has no component along the null vectors, in the sense of increasing load
+   !> factor.
    function tangent_without(problem, system, modes) result(heading)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! factored
-      real(wp), intent(in) :: modes(:, :)        !! (unknowns, any number) null vectors, orthonormal in the metric, node axes
+      real(wp), intent(in) :: modes(:, :) !! (unknowns, number of null vectors) null vectors, orthonormal in the metric, node axes
       type(path_tangent_t) :: heading
       real(wp) :: response(system%n)
       integer :: node
@@ -80,11 +81,11 @@ contains
       heading%u = heading%load * heading%u
    end function tangent_without
 
-   !> Forces f without their parts along the null vectors v: f - sum of (v . f) M v, with the metric M. The solution of K x = f
-   !> keeps its part orthogonal to the null vectors, and loses the part along them, which would be rounding over a vanishing pivot.
+   !> Forces f without their parts along the null vectors v: f - sum of (v . f) M v, with the metric M. The solution of K x = f then
+   !> has no part along the null vectors, which would be rounding over a vanishing pivot; its other part is unchanged.
    pure function free_of(problem, modes, force) result(free)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: modes(:, :)        !! (unknowns, any number) null vectors, orthonormal in the metric
+      real(wp), intent(in) :: modes(:, :)        !! (unknowns, number of null vectors) null vectors, orthonormal in the metric
       real(wp), intent(in) :: force(:)           !! (unknowns) forces, node axes
       real(wp) :: free(size(force))
       integer :: k

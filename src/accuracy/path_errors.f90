@@ -1,6 +1,6 @@
 !> Discretisation errors at points of the path. At a point given by the path constraint these are the errors of load factor,
-!> monitors and positions of touchdown points. A located event has, in addition, a different position on the path of the enriched
-!> problem.
+!> monitors and positions of touchdown points. A located event has, in addition, another position on the path of the enriched
+!> problem; the distance between the two positions is a further error.
 module path_errors
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kinds, only: wp
@@ -30,31 +30,32 @@ module path_errors
    private
    public :: point_errors, event_errors
 
-   !> Position of a located event on the path of the enriched problem. It is reached by at most two steps from the point at which
-   !> the original problem has the event.
+   !> Position of a located event on the path of the enriched problem. At most two steps lead to this position from the point at
+   !> which the original problem has the event.
    type :: crossing_t
       real(wp) :: f = 0.0_wp !! event function of the enriched problem at the point where the original problem has the event
       real(wp) :: slope = 0.0_wp !! derivative of the event function along the path, with respect to the controlled quantity
       real(wp) :: way = 0.0_wp !! first step: distance -f/slope along the path, in units of the controlled quantity
       real(wp), allocatable :: near(:)           !! load factor, monitors and positions of touchdown points after the first step
       real(wp) :: more = 0.0_wp                  !! second step: remaining distance to the zero of the event function
-      real(wp), allocatable :: rate(:) !! derivative of the values in `near` with respect to the distance, for the second step
-      real(wp), allocatable :: uncertainty(:) !! change of the values in `near` if elements are enriched by two orders instead of
-      !! one
-      real(wp) :: rounding = 0.0_wp !! rounding error of the event function after a first step so short that the remaining value is
+      real(wp), allocatable :: rate(:) !! derivative of the values in `near` with respect to the distance along the path, for the
+      !! second step
+      real(wp), allocatable :: uncertainty(:) !! change of the values in `near` if elements are enriched twice (two more Gauss
+      !! points) instead of once
+      real(wp) :: rounding = 0.0_wp !! magnitude of the event function after a first step so short that this remaining value is
       !! rounding
       character(:), allocatable :: why           !! reason why the event could not be found; not allocated: found
    end type crossing_t
 
    real(wp), parameter :: small_part = 1.0e-3_wp !! part of an increment over which derivatives along the path are computed
-   real(wp), parameter :: longest_part = 0.1_wp !! largest part of an increment over which derivatives are computed: the path is
-   !! straight there to the same accuracy
+   real(wp), parameter :: longest_part = 0.1_wp !! largest part of an increment over which derivatives are computed: over this part
+   !! the path is straight to about the same relative accuracy
    real(wp), parameter :: plain = 1.0_wp / longest_part !! smallest change of the event function, in multiples of its rounding
    !! error, from which a slope is computed
-   real(wp), parameter :: next_order = 0.5_wp !! error of the enriched polynomial between nodes over the change by the enrichment;
-   !! 0.25 to 0.45 measured
-   real(wp), parameter :: least_bend = 0.1_wp !! smallest valid ratio of the event function's slopes after and before the first
-   !! step; with a smaller one there is no bar
+   real(wp), parameter :: next_order = 0.5_wp !! error of the enriched polynomial between nodes, over the difference between the
+   !! enriched and the original polynomial; 0.25 to 0.45 measured
+   real(wp), parameter :: least_bend = 0.1_wp !! smallest ratio, that is used, of the event function's slope after the first step to
+   !! the slope before this step
    real(wp), parameter :: no_modes(0, 0) = reshape([real(wp) ::], [0, 0])
    character(*), parameter :: no_convergence = 'elements of a higher order do not converge from here', &
       & no_function = 'the value that is zero at this point cannot be computed with elements of a higher order', &
@@ -62,7 +63,8 @@ module path_errors
 
 contains
 
-   !> Errors at a point of the path under the constraint of its control: given load, given monitor, or the plane normal to the path.
+   !> Errors at a point of the path. The constraint that fixes the point is: given load, given monitor, or the plane normal to the
+   !> path.
    subroutine point_errors(problem, finer, state, system, control, heading, bars, places, keeps_mesh)
       type(problem_t), intent(in) :: problem
       type(enriched_problem_t), intent(inout), target :: finer !! the enriched problem; it is made here if necessary
@@ -71,7 +73,7 @@ contains
       type(control_t), intent(in) :: control
       type(path_tangent_t), intent(in) :: heading     !! path tangent at `state`
       type(error_bars_t), intent(out) :: bars
-      logical, intent(in) :: places              !! true: the positions of touchdown points also get errors
+      logical, intent(in) :: places              !! true: the positions of touchdown points also get error bars
       logical, intent(in), optional :: keeps_mesh !! true: the mesh is not refined because of kinks inside elements, see why_no_bars
       type(enriched_path_t) :: path
       type(enriched_point_t) :: point
@@ -118,7 +120,8 @@ contains
       type(system_t), intent(in) :: system       !! factored at `state`
       type(zero_t), intent(in) :: zero           !! test function of the event
       type(path_tangent_t), intent(in) :: heading     !! path tangent at `state`
-      real(wp), intent(in) :: length, rise !! arc length, and change of the load factor, of the increment that contains the event
+      real(wp), intent(in) :: length, rise !! arc length, and change of the load factor, of the path increment that contains the
+      !! event
       type(error_bars_t), intent(out) :: bars
       logical, intent(in), optional :: keeps_mesh !! true: the mesh is not refined because of kinks inside elements, see why_no_bars
       type(control_t) :: control
@@ -129,7 +132,7 @@ contains
       real(wp), allocatable :: by_eigenvalue(:)  ! (elements) error contributions to the eigenvalue of a bifurcation
       real(wp), allocatable :: left_out(:, :)    ! (unknowns, any number) null vectors; displacements along them are rounding
       real(wp), allocatable :: modes(:, :), value(:), final(:), unseen(:), sizes(:), rounding(:)
-      type(functional_t), allocatable :: gap     ! event function, if it is the gap to a foundation; else not allocated
+      type(functional_t), allocatable :: gap     ! gap to a foundation, if this gap is the event function; else not allocated
       real(wp) :: reach, local, most, uncertainty, noise
       integer, allocatable :: ends(:)
       integer :: e
@@ -143,11 +146,11 @@ contains
       end if
       control%method = method_linearised
       control = point_constraint(problem, state, control, heading)
-      ! Length of the increment in units of the controlled quantity. At a limit point the load does not contribute to it; if no node
-      ! moves, only the load does.
+      ! At a bifurcation the constraint is the plane normal to the path; the last argument keeps the weight of the load from
+      ! vanishing with small displacements.
       if (size(modes, 2) > 0) control = normal_plane(problem, state, heading, 1.0_wp)
-      ! Length of the increment in the controlled quantity. The load is no part of this quantity at a limit point, and is all of it
-      ! if nothing moves.
+      ! Length of the path increment in units of the controlled quantity (the quantity that the constraint prescribes). At a limit
+      ! point the load does not contribute to this length; if no node moves, only the load does.
       reach = length
       if (control%method == method_linearised) reach = sqrt(metric(problem, control%tangent, control%tangent)) * length + &
          & control%load_scale**2 * abs(control%tangent_load * rise)
@@ -166,7 +169,8 @@ contains
          return
       end if
       bars%unfolding = shares%unfolding
-      ! At a limit point one pivot changes its sign, and its null vector is not in `left_out`.
+      ! The event explains one difference for each null vector in `left_out`. At a limit point it explains one more, because its own
+      ! null vector is not in `left_out`.
       bars%missed = unstable_difference(problem, state, system, path, first, size(left_out, 2) + merge(0, 1, size(modes, 2) > 0))
       call find_crossing(path, zero, reach, load_rounding(), first, crossing)
       if (.not. allocated(crossing%why)) call measure_uncertainty(path, zero, first, crossing)
@@ -191,10 +195,10 @@ contains
 
    contains
 
-      !> Distributes the error of the event's position over the elements. For a bifurcation it is distributed in proportion to the
-      !> elements' contributions to the eigenvalue and to the touchdown points of the buckling spans; for an end of foundation
-      !> contact in proportion to those to the gap; otherwise in proportion to those to the load. The part that is not caused by
-      !> nodal values belongs to the element that contains the event.
+      !> Distributes the error of the event's position over the elements. The weights are the elements' contributions: for a
+      !> bifurcation, those to the eigenvalue and to the positions of touchdown points; for an end of foundation contact, those to
+      !> the gap; otherwise, those to the load. The part of the error that does not come from nodal values belongs to the element
+      !> that contains the event.
       subroutine share_way()
          real(wp) :: part(size(shares%element, 2)), moved, own, by_event
          integer :: m
@@ -217,8 +221,9 @@ contains
          end do
       end subroutine share_way
 
-      !> Contributions of the elements to the eigenvalue of a bifurcation. The contributions at fixed touchdown points are known for
-      !> each element. The rest of the error is distributed in proportion to the contributions to the positions of touchdown points.
+      !> Contributions of the elements to the eigenvalue of a bifurcation. The contributions for fixed touchdown points are known
+      !> for each element. The rest of the eigenvalue's error comes from moved touchdown points and is distributed in proportion to
+      !> the contributions to their positions.
       function bifurcation_shares() result(part)
          real(wp) :: part(size(shares%element, 2)), of_ends(size(shares%element, 2)), rest
          part = by_eigenvalue
@@ -227,12 +232,12 @@ contains
          if (rest > 0.0_wp .and. sum(of_ends) > 0.0_wp) part = part + rest * of_ends / sum(of_ends)
       end function bifurcation_shares
 
-      !> Rounding error of the load rate if it is the event function; otherwise zero.
+      !> Rounding error of the load rate if the load rate is the event function; otherwise zero.
       real(wp) function load_rounding() result(error)
          real(wp) :: stiffness, rounding, work
          error = 0.0_wp
-         ! At a limit point located to the last bit the stiffness is singular and was supplemented by springs at the unknowns: the
-         ! tangent is then not that of the path.
+         ! At a limit point located to the last bit the stiffness is singular, and the factorisation has added springs at unknowns:
+         ! the solution of these equations is then not the path tangent.
          if (.not. zero_is(zero, event_limit) .or. system%factor%deficient) return
          call path_stiffness(problem, state, system, stiffness, rounding)
          work = abs(dot_product(system%tangent, system%load) * heading%load)
@@ -258,7 +263,7 @@ contains
       end function location_rounding
    end subroutine event_errors
 
-   !> True for an event of the given kind.
+   !> True if the event is of the given kind and smooth.
    pure logical function zero_is(zero, kind)
       type(zero_t), intent(in) :: zero
       integer, intent(in) :: kind                !! kind of event: event_...
@@ -268,8 +273,9 @@ contains
       zero_is = zero%event%kind == kind .and. zero%event%law%candidate == 0
    end function zero_is
 
-   !> Locates the event on the path of the enriched problem. The distance to the event is minus the event function divided by its
-   !> slope. If the first step is long, a second step follows.
+   !> Locates the event on the path of the enriched problem. A first step covers the distance -f/slope (event function f); a second
+   !> distance follows from the remaining value of f. If the first distance is short, no further point is computed, except at a
+   !> limit point.
    subroutine find_crossing(path, zero, reach, rounding, first, crossing)
       type(enriched_path_t), intent(in) :: path
       type(zero_t), intent(in) :: zero           !! test function of the event
@@ -359,9 +365,8 @@ contains
       end function load_rate
    end subroutine find_crossing
 
-   !> Uncertainty of the path of the enriched problem: change of the values and of the event function at a point if elements are
-   !> enriched by one more order. On meshes that hardly resolve the solution this change is as large as that of the first
-   !> enrichment. If the contributions of few elements cancel, a larger part of the change is counted.
+   !> Uncertainty of the path of the enriched problem: change of the values at the event if the elements get one more Gauss point.
+   !> On meshes that hardly resolve the solution this change is as large as that of the first enrichment.
    subroutine measure_uncertainty(path, zero, first, crossing)
       type(enriched_path_t), intent(in) :: path
       type(zero_t), intent(in) :: zero           !! test function of the event
@@ -383,8 +388,8 @@ contains
          & point%state, point%system, point%heading%load) - crossing%f)
    end subroutine measure_uncertainty
 
-   !> Constraint that identifies the same point on the paths of both problems: the load or monitor prescribed by the strategy, else
-   !> the plane normal to the path.
+   !> Constraint that identifies the same point on the paths of the original and the enriched problem: the load or monitor
+   !> prescribed by the strategy, else the plane normal to the path.
    function point_constraint(problem, state, control, heading) result(held)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -410,8 +415,8 @@ contains
       type(enriched_point_t), intent(out) :: point
       type(contributions_t), intent(out) :: shares
       real(wp), allocatable, intent(out) :: value(:) !! load factor, monitors, and positions of touchdown points
-      type(functional_t), allocatable, intent(in), optional :: gap !! event function, if it is the gap to a foundation; else not
-      !! allocated
+      type(functional_t), allocatable, intent(in), optional :: gap !! gap to a foundation, if this gap is the event function; else
+      !! not allocated
       call new_finer_path(problem, finer, state, control, heading, ends, path)
       path%modes = modes
       call start_point(path, finer, point)
@@ -424,8 +429,8 @@ contains
       end if
    end subroutine begin
 
-   !> Error bars from the estimates. For a number taken from the polynomial inside an element the enriched problem is only one order
-   !> better, not two, so that the true error may be twice the estimate.
+   !> Error bars from the estimates. Inside an element the enriched polynomial is only one order better than the original one, not
+   !> two. The true error of a monitor there may be twice the estimate, so that a bound of it (shares%inside) is added to the bar.
    subroutine set_bars(problem, state, system, ends, shares, value, correction, unseen, sizes, rounding, bars)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -438,7 +443,8 @@ contains
       integer :: m, n, k
       noise = rounding + 4.0_wp * epsilon(noise) * abs(value)
       n = 1 + size(bars%monitor)
-      ! The smallest size that is resolved (`resolved` times the size) is not below the rounding of positions and forces.
+      ! Reference value of each number. `resolved` is passed as tolerance, so that `resolved` times this value is not below the
+      ! rounding of positions and forces.
       kind_size(:n) = value_sizes(problem, system%force_scale, abs(state%load_factor), motion_sizes(problem, state), resolved)
       kind_size(n + 1:) = problem%size
       if (shares%known(1)) bars%load = new_error_bar(correction(1), unseen(1), sizes(1), noise(1), kind_size(1))

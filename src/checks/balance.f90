@@ -1,5 +1,6 @@
-!> Independent checks of an equilibrium point: global and nodal balance, and those of contact (contact_checks). The assembled
-!> residual is not used: loads, support reactions and contact forces are summed from their definitions.
+!> Independent checks of an equilibrium point: balance of all forces, balance at each node, and the checks of contact
+!> (contact_checks). They do not use the assembled residual: loads, support reactions and contact forces are summed from their
+!> definitions.
 module balance
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -22,7 +23,7 @@ module balance
 
 contains
 
-   !> Updates the worst values in `accuracy` with those of a converged state.
+   !> Computes the errors of balance of a converged state, and stores those that are worse than the worst so far in `accuracy`.
    !>
    !> Errors are related to the largest force or reaction of the run so far: in a state almost without forces, rounding is a large
    !> part of the forces. Force errors caused by the rounding of positions are subtracted.
@@ -58,7 +59,7 @@ contains
          scale = max(scale, maxval(abs(first(1:2))), maxval(abs(second(1:2))), abs(first(3)) / size_, abs(second(3)) / size_)
          scale = max(scale, cancelling_force(problem, state, e))
          force = load_on_rod(problem, state, e, middle)
-         ! The load on a foundation need not pass through any cross section.
+         ! A load that a foundation carries need not pass through any cross section, so that loads enter the scale of forces, too.
          scale = max(scale, maxval(abs(force(1:2))))
          total = total + force
       end do elements
@@ -78,7 +79,7 @@ contains
             support(:, node) = support(:, node) - force
          end where
          force = support(:, node) - problem%model%spring(:, node) * state%u(:, node)
-         ! A body about a pin may carry nothing but couples.
+         ! A body that turns about a pin may carry nothing but couples, so that moments enter the scale of forces, too.
          scale = max(scale, maxval(abs(force(1:2))), abs(force(3)) / size_)
          total = total + [force(1:2), force(3) + x(1) * force(2) - x(2) * force(1)]
       end do nodes
@@ -121,8 +122,8 @@ contains
          end do
       end subroutine add_carried
 
-      !> Adds the forces of springs between nodes and of ties. Each tie balances its own component and acts on the nodes that it
-      !> follows.
+      !> Adds the forces of springs between nodes and of ties (couplings of a node's displacement component to other nodes). Each
+      !> tie balances its component, and acts with the opposite force on the nodes to which the component is tied.
       subroutine add_joints()
          real(wp) :: push, arm(2)
          integer :: i, k
@@ -162,11 +163,11 @@ contains
          total = total + [f(1:2), f(3) + x(1) * f(2) - x(2) * f(1)]
       end subroutine act
 
-      !> Adds foundations that act inside elements, from their pressures.
+      !> Adds the forces of foundations that act inside elements, from their pressures, and checks the pressures for tension.
       subroutine add_foundations()
          type(inner_forces_t) :: inner
          real(wp) :: push(2), most, least, shortest, rounding, error
-         integer :: q, pulled, source              ! source: foundation whose `error` of the pressure is known
+         integer :: q, pulled, source              ! source: candidate for which `error`, of the pressure, is known
          rounding = gap_rounding(state)
          shortest = minval(state%geometry%element%length, mask=problem%ground%founded)
          most = 0.0_wp
@@ -182,11 +183,12 @@ contains
                if (problem%ground%chain%bilateral(inner%source(q))) cycle
                most = max(most, inner%pressure(q))
                push(1) = inner%pressure(q)
-               ! On an element too long to resolve the pressure only the integral of the pressure has a meaning.
+               ! On an element too long to resolve its foundation only the integral of the pressure over the element has a meaning.
                if (.not. follows(problem, state, inner%source(q))) push(1) = sum(inner%weight(:inner%n) * &
                   & inner%pressure(:inner%n), mask=inner%source(:inner%n) == inner%source(q))
                if (state%segment(inner%source(q)) /= segment_unknown) then
-                  ! The points of a foundation on an element follow each other.
+                  ! All points of one foundation on an element are neighbours in the list, so that the error is computed once for
+                  ! them.
                   if (inner%source(q) /= source) error = segment_stiffness(problem, inner%source(q), &
                      & state%segment(inner%source(q))) * gap_uncertainty(gap_in_state(problem, state, inner%source(q)), rounding)
                   source = inner%source(q)
@@ -201,7 +203,7 @@ contains
       end subroutine add_foundations
    end subroutine measure_balance
 
-   !> Part of an error that exceeds its rounding.
+   !> The part of an error by which it exceeds the rounding error `noise`; else zero.
    pure real(wp) function beyond(error, noise)
       real(wp), intent(in) :: error, noise
       beyond = max(error - noise, 0.0_wp)

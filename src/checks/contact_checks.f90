@@ -1,5 +1,5 @@
-!> Independent checks of contact at a point: positions, signs of reactions, complementarity, laws of foundations. The forces of
-!> contact are added to the balances on the way.
+!> Independent checks of contact at a point: positions, signs of reactions, complementarity, laws of foundations. The same
+!> procedures add the contact forces to the sums for the checks of balance.
 module contact_checks
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -18,10 +18,10 @@ module contact_checks
    private
    public :: span_sums_t, sum_spans, measure_spans, measure_contact
 
-   real(wp), parameter :: line_slack = 1.0e-5_wp !! part of the structure's size: error of forces from densities, which are
-   !! derivatives of the solution
-   real(wp), parameter :: least_reaction = 1.0e-6_wp !! smallest reaction, over the largest force, to which the sign of a reaction
-   !! is related
+   real(wp), parameter :: line_slack = 1.0e-5_wp !! accepted tension of densities times the structure's size, over the largest
+   !! force. It is larger than for forces, because densities are derivatives of the solution
+   real(wp), parameter :: least_reaction = 1.0e-6_wp !! smallest reference value for tension: tension is divided by the largest
+   !! reaction, or by this part of the largest force if that is larger
 
    !> Forces of the contact spans of a state, and the displacements from which gaps are measured.
    type :: span_sums_t
@@ -31,12 +31,14 @@ module contact_checks
       real(wp), allocatable :: push(:) !! (candidates) concentrated forces, see span_totals; not allocated: there are no contact
       !! spans
       real(wp), allocatable :: u(:, :) !! (3, deck's nodes) from deck_displacements; not allocated: there are no contact spans
-      real(wp), allocatable :: gap(:), place(:, :) !! from deck_gaps; not allocated: there are no contact spans
+      real(wp), allocatable :: gap(:), place(:, :) !! gaps at the deck's contact nodes and places, both from deck_gaps; not
+      !! allocated: there are no contact spans
    end type span_sums_t
 
 contains
 
-   !> Sums the forces of the contact spans, which are zero if there are none, and finds the displacements of the deck's nodes.
+   !> Sums the forces of the contact spans, and finds the displacements and gaps of the deck's nodes. Without contact spans the
+   !> forces are zero.
    function sum_spans(problem, state) result(spans)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -87,7 +89,8 @@ contains
                & max(accuracy%reaction, least_reaction * scale), at, node=problem%model%mesh%node_label(node))
          end associate
       end do
-      ! Signs of the densities along line contacts; then penetration at the deck's nodes, which the mesh may lack.
+      ! Signs of the densities along line contacts are checked first; then penetration at the deck's nodes, which need not be nodes
+      ! of the mesh.
       do e = 1, problem%model%mesh%n_elements
          if (problem%conforms(e) == 0) cycle
          parts = density_samples * smooth_parts(problem, state, e, 1.0_wp)
@@ -107,8 +110,8 @@ contains
                gap = spans%gap(row)
                if (-gap / problem%size <= accuracy%worst(check_penetration)%value) cycle
                call find_node(problem, state, node(i), mesh_node, e, tau)
-               ! Where a contact span begins, the gap of its node on the mesh with this contact is used. It is more accurate than
-               ! the polynomial of the element, and than the nodes of the element if that mesh is finer.
+               ! Where a contact span begins, the gap of its node on the mesh with this contact is used. That gap is more accurate
+               ! than the gap from the polynomial of this mesh.
                if (begins_at(e, mesh_node)) cycle
                if (e > 0 .and. gap < 0.0_wp) gap = gap + place_error(problem, state, e, tau, profile)
                call note_worst(accuracy, check_penetration, -gap / problem%size, at, node=problem%deck%mesh%node_label(node(i)))
@@ -127,8 +130,9 @@ contains
       end function begins_at
    end subroutine measure_spans
 
-   !> Accepted tension [force, > 0] at a line contact's node on a support that fixes the rotation (a symmetry plane). Tension
-   !> lifts a length of rod of 3/2 tension over pressure (lifted_node); this length may be as short as the shortest line contact.
+   !> Accepted tension [force, > 0] at a line contact's node on a support that fixes the rotation (a symmetry plane). A tension T
+   !> lifts the rod over the length 3/2 T/r, with the pressure r (lifted_node). T is accepted if this length is below the shortest
+   !> length of a line contact.
    real(wp) function least_push(problem, state, c)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -147,13 +151,14 @@ contains
       end do
    end function least_push
 
-   !> Interpolation error of the position between nodes; a penetration below this error is not counted.
+   !> Bound of the interpolation error of a position between nodes; a penetration counts only as far as it exceeds this bound.
    real(wp) function place_error(problem, state, e, tau, profile) result(error)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
-      type(profile_t), intent(inout) :: profile !! profile of the last point, with its ends mended; undefined: none
+      type(profile_t), intent(inout) :: profile !! rod profile of the element of the last call, corrected at its ends (mend_ends);
+      !! it is made anew for another element
       if (profile%element /= e) then
          profile = new_profile(problem, state, e)
          if (problem%conforms(e) == 0) call mend_ends(problem, state, profile, 2)
@@ -177,7 +182,7 @@ contains
       logical :: rigid, coupled
       if (problem%candidates%n == 0) return
       accuracy%reaction = max(accuracy%reaction, maxval(abs(state%reaction)))
-      ! Reactions that are within rounding have no sign to check.
+      ! The sign of a reaction within rounding means nothing, so that tension is related to a reaction above rounding.
       largest = max(accuracy%reaction, least_reaction * scale)
       unsettled = max(sign_slack, 10.0_wp * problem%model%step(problem%step)%tolerance) * scale
       do c = 1, problem%candidates%n
@@ -190,7 +195,7 @@ contains
          x = node_position(state, node) - middle
          force = state%reaction(c) * normal
          left(1:2, node) = left(1:2, node) - force
-         ! Components carried by a support of the node are contained in the support reaction.
+         ! If a support of the node carries a component of the force, the support reaction contains this component.
          do i = 1, 2
             if (problem%model%fixed(i, node)) force(i) = 0.0_wp
          end do
@@ -221,7 +226,7 @@ contains
 
    contains
 
-      !> Stores a value of the present candidate if it is worse than all values before.
+      !> Stores the value of a check at candidate `c` if it is worse than all values before.
       subroutine note(check, value)
          integer, intent(in) :: check
          real(wp), intent(in) :: value

@@ -1,8 +1,8 @@
 !> Adequacy of the mesh where an obstacle constrains a rod at its nodes only.
 !>
 !> Between the nodes the rod bends freely although the obstacle would support it, and a compressed rod bends in waves of the length
-!> 2 pi (EI/N)^(1/2). With mu = N h^2/EI (N > 0 in compression), an element of length h can be inadequate in four ways. The limit of
-!> each is the value of mu that changes a load by the relative error `wanted`:
+!> 2 pi (EI/N)^(1/2). With mu = N h^2/EI (N > 0 in compression), an element of length h can be inadequate in four ways. Each has a
+!> measure and a limit of this measure; `wanted` is the accepted relative error of a load:
 !>
 !> - buckled:  with both nodes in contact the element buckles through the obstacle between them, alternately to both sides, at
 !>             mu = pi^2 (elements whose stages represent bending: GE4 and higher).
@@ -30,7 +30,7 @@ module mesh_adequacy
    integer, parameter :: buckled = 1, unheld = 2, unbent = 3, slack = 4
    real(wp), parameter :: limits(4) = [pi**2, pi**2 / 8.0_wp, wanted, 2.5_wp * wanted]
 
-   !> The measure of the mesh's adequacy that is worst in one state; the measures are described in the header of this module.
+   !> That one of the four measures of the header that is worst in a state, relative to its limit.
    type :: adequacy_t
       real(wp) :: ratio = 0.0_wp              !! worst measure over its limit; above 1 the mesh is too coarse
       real(wp) :: value = 0.0_wp              !! value of the worst measure
@@ -42,7 +42,7 @@ module mesh_adequacy
 
 contains
 
-   !> Evaluates the adequacy of the elements between neighbouring candidates of contacts at nodes.
+   !> Evaluates the four measures for all elements between neighbouring candidates of contact at nodes, and finds the worst.
    subroutine measure_adequacy(problem, state, verdict)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state     !! converged
@@ -81,8 +81,8 @@ contains
          e = maxloc(worst, 1)
          verdict%element = [label(e)]
          if (verdict%ratio <= 1.0_wp) return
-         ! The measure `slack` is the same for all elements; the listed elements are those with more than the average contribution
-         ! to it.
+         ! The measure `slack` is the same for all elements; the elements that contribute more than the average to the measure are
+         ! listed.
          if (verdict%kind == slack) worst = (spent / sum(spent)) * (count(spent > 0.0_wp) * verdict%limit)
          verdict%element = pack(label, worst > verdict%limit .or. label == label(e))
       end associate
@@ -108,7 +108,7 @@ contains
       force = 0.5_wp * dot_product(first(1:2) + second(1:2), [cos(angle), sin(angle)])
    end function middle_force
 
-   !> Relative error of the critical load of a wave in a rod of elements with this mu, see `unbent` in the header of this module.
+   !> Relative error of the critical load at which a rod of elements with the given mu bends in waves, see `unbent` in the header.
    pure real(wp) function wave_error(stages, mu) result(error)
       integer, intent(in) :: stages          !! number of stages; 0: UL2 element
       real(wp), intent(in) :: mu

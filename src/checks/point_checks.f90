@@ -21,12 +21,12 @@ module point_checks
    private
    public :: check_point, failed_words
 
-   !> Smallest ratio of rounding error to stiffness along the path that causes a warning: limit points are shifted by this fraction
-   !> of an increment, and their loads by its square.
+   !> Smallest ratio of rounding error to stiffness along the path that causes a warning: rounding shifts limit points by about this
+   !> ratio times the path increment, and their loads by its square.
    real(wp), parameter :: warned_rounding = 0.1_wp
 
-   !> Strain above which a warning is given. The rod theory neglects strain compared with 1: it uses the lengths, depths and
-   !> stiffness of a section without strain. The relative errors of forces are as large as the strain.
+   !> Strain above which a warning is given. The rod theory neglects strain compared with 1: it uses lengths of the rod, and depths
+   !> and stiffness of sections, as they are without strain. The relative errors of forces are as large as the strain.
    real(wp), parameter :: warned_strain = 0.05_wp
 
    ! Bounds of the checks, far above the values at converged points:
@@ -35,8 +35,8 @@ module point_checks
 
 contains
 
-   !> Updates the worst values with those of a point. Adds a warning to the point if the mesh or the accuracy of the numbers is
-   !> inadequate.
+   !> Checks a point, and stores its worst values in `accuracy` if they are worse than those of all points before. Adds a warning to
+   !> the point if the mesh is too coarse, rounding or strains are large, or a rod can roll.
    subroutine check_point(problem, state, system, spans, at, touches_in, point, accuracy, wrong)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged
@@ -102,11 +102,12 @@ contains
       !> almost zero; rounding is then compared with the stiffness at the previous point, or with the bending stiffness.
       subroutine warn_of_rounding()
          real(wp) :: stiffness, rounding, scale
-         ! After a start with a stiffness homotopy the path does not depend on the tangent of the start (see stiffness_homotopy).
+         ! If the path started from an artificially stiffened structure (stiffness_homotopy), it does not depend on the tangent at
+         ! the start.
          if (is_stress_free(state) .and. followed_part(problem) < 1.0_wp) return
          call path_stiffness(problem, state, system, stiffness, rounding)
          scale = max(stiffness, accuracy%stiffness, bending_stiffness(problem))
-         ! At a located point some function is zero: the stiffness there is no reference for later points.
+         ! At a located event the stiffness may be zero, so that it is no reference for later points.
          if (point%label == '') accuracy%stiffness = stiffness
          call note_worst(accuracy, check_rounding, rounding / scale, at)
          if (rounding > warned_rounding * scale) call warn('rounding spoils limit points and stability', &
@@ -114,7 +115,7 @@ contains
             & rounding_cure(problem, state), accuracy%rounding_words)
       end subroutine warn_of_rounding
 
-      !> Stores the first warning of its kind for the run, and adds it to the point.
+      !> If this is the first warning of its kind in the run, stores the warning and adds it to the point.
       subroutine warn(what, words, kept)
          character(*), intent(in) :: what, words
          character(:), allocatable, intent(inout) :: kept

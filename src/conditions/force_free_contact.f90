@@ -1,10 +1,11 @@
-!> Line contacts without pressure, as on a straight wall: equilibrium is the same with and without such a line contact.
+!> Line contacts without pressure (force-free), as of a straight rod along a straight wall: equilibrium is the same with and without
+!> such a contact.
 !>
 !> In the reduced problem each force-free line contact is replaced by two osculating point contacts (gap, slope and relative
-!> curvature zero) at its ends. The rod between them is free. To first order these point contacts rotate as little as the ends of
-!> the line contact. If the tangent of the reduced problem has a zero eigenvalue, the rod may leave the wall; if its ends have a
-!> fixed position and direction, this happens at a thrust of 4 pi^2 EI/l^2. No test of the contact spans detects this load, because
-!> gap and pressure are zero along the whole line contact.
+!> curvature zero) at its ends. The rod between them is free. To first order the rod rotates at these point contacts as little as at
+!> the ends of the line contact. If the tangent of the reduced problem has a zero eigenvalue, the rod may leave the wall. A rod of
+!> length l between ends of fixed position and direction leaves the wall at the thrust 4 pi^2 EI/l^2. No test of the contact spans
+!> detects this load, because gap and pressure are zero along the whole line contact.
 module force_free_contact
    use kinds, only: wp
    use problem, only: problem_t
@@ -27,9 +28,9 @@ module force_free_contact
    private
    public :: any_force_free, remove_force_free_lines, isolate_force_free_lines, count_opening, free_rotations, line_opening
 
-   real(wp), parameter :: nothing = 1.0e-7_wp !! forces below this part of the structure's force scale count as zero; with values
-   !! from 1E-8 to 1E-6 every deck in input has the same results
-   real(wp), parameter :: unsettled = 100.0_wp !! largest error of the thrust over the tolerance of the residual; with values from
+   real(wp), parameter :: nothing = 1.0e-7_wp !! forces below this part of the force scale (the scale of forces in the structure)
+   !! count as zero; with values from 1E-8 to 1E-6 every deck in input has the same results
+   real(wp), parameter :: unsettled = 100.0_wp !! assumed error of the thrust over the tolerance of the residual; with values from
    !! 10 to 1000 every deck in input has the same results
 
 contains
@@ -40,8 +41,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled at `state`
-      type(problem_t), intent(inout) :: free !! out: the reduced problem. (Not intent(out): to clear the argument would cost more
-      !! than the test)
+      type(problem_t), intent(inout) :: free !! out: the reduced problem. (The argument is not intent(out), because to clear it at
+      !! each call would cost more than the test for force-free contacts)
       type(state_t), intent(inout) :: released  !! out: `state` transferred to the mesh of `free`
       logical, intent(out) :: any_weak          !! false: no line contact is force-free, and `free` and `released` are unchanged
       type(contact_span_t), allocatable :: contact_span(:), rest(:)
@@ -71,7 +72,7 @@ contains
          end do
       end do
       free = new_span_problem(problem, rest)
-      ! Segment boundaries have the same node numbers on all meshes.
+      ! Node numbers of clamps (`hinge`, `rolling`) are copied, because segment boundaries have the same node numbers on all meshes.
       free%hinge = problem%hinge
       free%rolling = problem%rolling
       free%model%fixed(3, free%hinge) = .false.
@@ -97,7 +98,7 @@ contains
       end function pressed_end
    end subroutine remove_force_free_lines
 
-   !> True if a line contact has no pressure.
+   !> True if any line contact has no pressure.
    logical function any_force_free(problem, state, system) result(weak)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -126,10 +127,10 @@ contains
       no_force = nothing * max(system%force_scale, tiny(no_force))
    end function no_force
 
-   !> Makes the reduced problem as remove_force_free_lines does, and fixes all of the structure except the rods between the ends of
-   !> the former force-free line contacts. To first order nothing else moves with these rods, because their ends keep position and
-   !> direction. The negative eigenvalues of this problem belong to directions that open force-free contacts. They exist in addition
-   !> to the negative eigenvalues of the structure with its contacts.
+   !> Makes the reduced problem as remove_force_free_lines does, and fixes all nodes except those of the rods between the ends of
+   !> the former force-free line contacts. To first order the rest of the structure does not move with these rods, because their
+   !> ends keep position and direction. The negative eigenvalues of this problem belong to directions that open force-free contacts.
+   !> They are counted in addition to the negative eigenvalues of the structure with all its contacts.
    subroutine isolate_force_free_lines(problem, state, system, free, released, any_weak)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -161,15 +162,16 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled and factored at `state`
-      integer, intent(out) :: opening           !! number of these directions; 0 if the reduced system is singular
+      integer, intent(out) :: opening !! number of unstable directions that open force-free contacts; 0 if the reduced system is
+      !! singular
       logical, intent(out) :: any_weak          !! true: a line contact is force-free
       opening = 0
       any_weak = any_force_free(problem, state, system)
       if (any_weak) call count_isolated(problem, state, system, opening)
    end subroutine count_opening
 
-   !> Counts the negative pivots of the rods that lie on force-free line contacts, with these contacts released and all other rods
-   !> left out (the reduced problem). A separate procedure, so that this problem is created and deallocated only when it is needed.
+   !> Counts the negative pivots of the rods that lie on force-free line contacts, with these contacts released and all other nodes
+   !> fixed. This is a separate procedure, so that the reduced problem takes memory only when it is needed.
    subroutine count_isolated(problem, state, system, pivots)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -186,7 +188,8 @@ contains
       if (other%ok) pivots = other%negative_pivots
    end subroutine count_isolated
 
-   !> Prepares the reduced problem for a path that leaves the wall: the osculating contacts become point contacts that may rotate.
+   !> Prepares the reduced problem for a path that leaves the wall: at the osculating contacts the rod becomes free to rotate, as at
+   !> ordinary point contacts.
    pure subroutine free_rotations(free)
       type(problem_t), intent(inout) :: free
       integer :: c
@@ -196,11 +199,11 @@ contains
       end do
    end subroutine free_rotations
 
-   !> True if the reduced problem needs no point contact at this end of a line contact: the rod ends there, or another line contact
-   !> continues it.
+   !> True if the reduced problem needs no point contact at one end of a line contact: the rod ends there, or another line contact
+   !> continues this one.
    pure logical function needs_no_point(problem, contact_span, k, side)
       type(problem_t), intent(in) :: problem
-      type(contact_span_t), intent(in) :: contact_span(:) !! contact spans of the present problem
+      type(contact_span_t), intent(in) :: contact_span(:) !! contact spans before the reduction
       integer, intent(in) :: k, side
       integer :: next, node, way
       real(wp) :: end
@@ -223,8 +226,8 @@ contains
    end function needs_no_point
 
    !> True if the magnitude of the obstacle's force density along a line contact exceeds `bound` anywhere, by more than its error.
-   !> This error is the error of the thrust times the curvature of the track. On a straight obstacle it is zero: there the density
-   !> follows from loads and shape alone.
+   !> The error of the density is the error of the thrust times the curvature of the track (the curve on which the rod's axis lies
+   !> in contact). On a straight obstacle this error is zero, because the density follows from loads and shape alone.
    logical function is_pressed(problem, state, contact_span, thrust_error, bound)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -261,7 +264,7 @@ contains
       type(problem_t), intent(in) :: problem, free
       type(state_t), intent(in) :: state, released
       real(wp), intent(in) :: mode(:, :)        !! (3, nodes of `free`) the mode, global axes
-      real(wp), parameter :: closed = 1.0e-3_wp ! an opening below this part of the largest opening counts as zero; with values from
+      real(wp), parameter :: closed = 1.0e-3_wp ! motion below this part of the largest counts as zero; with values from
       ! 1E-4 to 0.01 every deck in input has the same results
       type(contact_span_t), allocatable :: contact_span(:)
       real(wp) :: gap, normal(2), bend, opening, most, least, at

@@ -1,5 +1,5 @@
-!> Least and largest gap between a free span and an obstacle. Beside a contact span the gap increases from zero; therefore only
-!> local minima count near such an end of the free span.
+!> Least and largest gap between a free span and an obstacle. Beside a contact span the gap increases from zero. Near such an end of
+!> the free span its small values mean nothing, so that only local minima of the gap count.
 module free_span_gap
    use kinds, only: wp
    use model, only: family_ge
@@ -16,14 +16,16 @@ module free_span_gap
    public :: gap_at, least_gap, gap_minimum_t
 
    ! Beside a touchdown point the gap grows with a power of the distance from the point; there only local minima of the gap count.
-   real(wp), parameter :: beside = 0.06_wp  !! length of this part over the length of the free span
-   integer, parameter :: samples = 4        !! number of equal parts into which samples of the gap divide an element, and number of
-   !! samples for each joint of the obstacle's curve beside such a part: an obstacle may come near the rod at each of its pieces
-   !> Beside a contact the distances of samples from the contact grow by this factor until the samples are as far apart as the equal
-   !> parts of the element there. If the rod approaches the obstacle beside a point contact about which it rotates, the least gap is
-   !> at twice the distance of the largest gap; samples whose distances are doubled could miss both.
+   real(wp), parameter :: beside = 0.06_wp  !! length of the part in which only local minima count, over the length of the free span
+   integer, parameter :: samples = 4 !! number of equal parts into which samples of the gap divide an element; also the number of
+   !! samples in such a part for each joint of the obstacle's curve that lies beside the part, because each piece of the curve may
+   !! come near the rod
+   !> Beside a contact the distances of samples from the contact grow by this factor from sample to sample, until samples are as far
+   !> apart as the equal parts of the element are long. If the rod rotates about a point contact, the gap beside the contact first
+   !> grows and then falls below zero; its least value is at twice the distance of its largest value. Samples at doubled distances
+   !> could miss both.
    real(wp), parameter :: graded = sqrt(2.0_wp)
-   real(wp), parameter :: nearest = 0.5_wp**10 !! distance of the first sample from a contact, as a part of such a part
+   real(wp), parameter :: nearest = 0.5_wp**10 !! distance of the first sample from a contact, over the length of an equal part
 
    !> Sampled gap of the elements from `first` to `last` to one obstacle.
    type :: sampled_gap_t
@@ -31,9 +33,9 @@ module free_span_gap
       integer :: contact = 0                   !! index into model%contact
       logical :: touches(2) = .false. !! true: the first node of the first element, or the last node of the last element, touches
       !! this obstacle, so that the gap is zero there
-      logical :: ends_in_contact(2) = .false.  !! true: the free span ends in contact with this obstacle, there or beyond the
-      !! boundary of the rod segment
-      real(wp) :: contact_at(2) = 0.0_wp       !! coordinates of these contacts along the rod segment
+      logical :: ends_in_contact(2) = .false. !! true: on this side the free span ends in contact with this obstacle, at the sampled
+      !! elements or beyond a segment boundary
+      real(wp) :: contact_at(2) = 0.0_wp       !! coordinates, along the rod segment, of the contacts at which the free span ends
       real(wp), allocatable :: at(:)           !! coordinates of the samples along the rod segment, increasing
       real(wp), allocatable :: gap(:)          !! gaps at the samples
    end type sampled_gap_t
@@ -46,7 +48,7 @@ module free_span_gap
 
 contains
 
-   !> Gap of a material point to the obstacle of a contact.
+   !> Gap between a material point of the rod and the obstacle of a contact.
    real(wp) function gap_at(problem, state, contact, rod_segment, at) result(gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -74,23 +76,26 @@ contains
       end associate
    end function gap_in
 
-   !> Finds the least gap, and its position, between an obstacle and elements that do not touch it. The elements are those between
-   !> two contact spans of a rod segment, or those in line contact with another obstacle.
+   !> Finds the least gap, and its position, between an obstacle and elements that do not touch it. The elements are those of a free
+   !> span in a rod segment, or those in line contact with another obstacle.
    subroutine least_gap(problem, state, element, contact, touched, fails, profile, least, where, uncertain, largest, level, low)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: element(2)        !! first and last element
       integer, intent(in) :: contact           !! index into model%contact
       logical, intent(in) :: touched(:)        !! (nodes) true: the node touches any obstacle
-      logical, intent(in) :: fails(:) !! (nodes) true: the node touches this obstacle, but the test of its contact fails; a
-      !! penetration that begins at such a node belongs to that contact and is not counted
-      type(profile_t), intent(inout) :: profile(:) !! (elements) rod profiles of this state; missing ones are made
+      logical, intent(in) :: fails(:) !! (nodes) true: the node touches this obstacle, but the test of its own contact fails. A
+      !! penetration that begins at such a node is an effect of this failed contact and is not counted
+      type(profile_t), intent(inout) :: profile(:) !! (elements) rod profiles (deformed axes) of this state; those of the given
+      !! elements are made if they do not exist
       real(wp), intent(out) :: least           !! least gap; the structure's size if no sample counts
       real(wp), intent(out) :: where           !! coordinate of the least gap along the rod segment
-      real(wp), intent(out) :: uncertain       !! bound of the error of the least gap: others may be lower by their own errors
-      real(wp), intent(out) :: largest         !! gap of largest magnitude, with its sign (< 0: inside the obstacle)
-      real(wp), intent(in), optional :: level  !! the local minima up to this gap are listed, too
-      type(gap_minimum_t), allocatable, intent(out), optional :: low(:) !! local minima of a gap of `level` at most, along the rod
+      real(wp), intent(out) :: uncertain !! bound of the error of the least gap, including that other samples may be lower by their
+      !! own errors
+      real(wp), intent(out) :: largest !! gap with the largest magnitude of all samples, with its sign (< 0: inside the obstacle)
+      real(wp), intent(in), optional :: level  !! local minima with at most this gap are listed in `low`
+      type(gap_minimum_t), allocatable, intent(out), optional :: low(:) !! local minima with at most the gap `level`, in order along
+      !! the rod
       type(sampled_gap_t) :: line
       type(gap_minimum_t), allocatable :: minimum(:)
       real(wp) :: counts(2), from, to, value, place, tops(2), error, most
@@ -128,8 +133,9 @@ contains
                if (2.0_wp * gap(i) - max(gap(i - 1), gap(i + 1)) > max(least, most)) cycle
             end if
             call find_minimum(problem, state, profile, line, i, value, place)
-            ! A minimum next to a contact span may be a discretisation error: the penetration must exceed the interpolation error.
-            ! Where the gap does not rise between the contact and the minimum, it must exceed this error by more than rounding.
+            ! A minimum next to a contact span may be a discretisation error. A penetration counts there only as far as it exceeds
+            ! the interpolation error. Where the gap does not rise between the contact and the minimum, this excess must be larger
+            ! than rounding.
             error = 0.0_wp
             if (place < counts(1) .or. place > counts(2)) error = gap_error_bound(problem, state, profile, line, place)
             tops = [merge(maxval(gap(:i)), huge(value), line%touches(1)), merge(maxval(gap(i:)), huge(value), line%touches(2))]
@@ -194,8 +200,10 @@ contains
    pure subroutine to_next_touch(problem, state, touched, touching, element, side, length, touches)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      logical, intent(in) :: touched(:), touching(:) !! (nodes) true: the node touches any obstacle; true: it touches this obstacle
-      integer, intent(in) :: element, side   !! element and its side: 1: before its first node, 2: after its last node
+      logical, intent(in) :: touched(:), touching(:) !! (nodes) true: the node touches any obstacle; true: the node touches this
+      !! obstacle
+      integer, intent(in) :: element, side !! element at which the search begins; direction of the search: 1: before its first node,
+      !! 2: after its last node
       real(wp), intent(out) :: length
       logical, intent(out) :: touches
       integer :: e, node
@@ -214,8 +222,8 @@ contains
       end do
    end subroutine to_next_touch
 
-   !> Makes the rod profile (interpolated deformed axis) of each element. At the ends of an element on its obstacle the profile is
-   !> exact.
+   !> Makes the rod profile (interpolated deformed axis) of each element. A geometrically exact element (GE) gets a correction at
+   !> its ends (mend_ends). A conforming element has the shape of its obstacle and needs none.
    subroutine make_profiles(problem, state, element, profile)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -231,8 +239,8 @@ contains
       end do
    end subroutine make_profiles
 
-   !> Samples the gap at equal parts of all elements, more densely where the obstacle has several pieces along such a part, and at
-   !> graded distances beside a contact; the contact itself is no sample.
+   !> Samples the gap at equal parts of all elements, more densely where several pieces of the obstacle's curve lie beside such a
+   !> part, and at graded distances (`graded`) beside a contact. The contact itself is no sample.
    subroutine take_samples(problem, state, profile, line)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -288,7 +296,8 @@ contains
          end associate
       end subroutine pass_joints
 
-      !> Adds samples at graded distances from the contact at one end of the free span, where equal parts are farther apart.
+      !> Adds samples at graded distances from the contact at one end of the free span, up to the distance at which equal parts lie
+      !> as close.
       subroutine grade(from, to, side)
          real(wp), intent(in) :: from, to      !! coordinates of the element's ends along the rod segment
          integer, intent(in) :: side           !! end of the free span
@@ -323,8 +332,8 @@ contains
       end subroutine insert
    end subroutine take_samples
 
-   !> True if the gap decreases from the first or last sample inwards but is larger again at the next sample: its minimum then lies
-   !> between two samples, where no sample shows it.
+   !> True if the gap decreases from the first or last sample inwards but is not smaller at the next sample: the minimum then lies
+   !> between these two samples, and no sample shows it.
    logical function falls_inwards(problem, state, profile, line, i) result(falls)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -336,15 +345,16 @@ contains
       next = merge(i + 1, i - 1, i == 1)
       falls = line%gap(next) >= line%gap(i)
       if (.not. falls) return
-      ! A slope shows over the square root of the rounding unit: if rounding hides the decrease there, what the slope takes away is
-      ! rounding everywhere. At a symmetry plane the slope is zero, and the decrease shows over the fourth root.
+      ! The gap is compared at a small share of the way to the next sample: the square root of the machine epsilon, over which the
+      ! decrease by a slope exceeds rounding. At a symmetry plane the slope is zero; a decrease by curvature exceeds rounding over
+      ! the fourth root.
       share = sqrt(epsilon(share))
       falls = below(share)
       if (.not. falls) falls = below(sqrt(share))
 
    contains
 
-      !> True if the gap is smaller at a share of the way to the next sample.
+      !> True if the gap at a share of the way to the next sample is smaller than at the sample itself.
       logical function below(share)
          real(wp), intent(in) :: share
          below = gap_along(problem, state, profile, line, line%at(i) + share * (line%at(next) - line%at(i))) < line%gap(i)
@@ -363,8 +373,9 @@ contains
       integer :: before, after
       before = max(i - 1, 1)
       after = min(i + 1, size(line%at))
-      ! Beside a symmetry plane, and beside contact, rounding causes minima that do not count. Inside the span, the minimum of a
-      ! parabola lies below the lowest sample by no more than the higher neighbour lies above it.
+      ! Beside a symmetry plane, and beside contact, rounding causes minima that do not count. Inside the span, the minimum of the
+      ! parabola through the three samples is below the lowest sample by no more than the higher neighbour is above this sample; if
+      ! this is rounding, no search is made.
       value = line%gap(i)
       place = line%at(i)
       if (before < i .and. i < after .and. max(line%gap(before), line%gap(after)) - value <= rounding_gap(problem)) return
@@ -392,8 +403,8 @@ contains
       gap = gap_in(problem, state, line%contact, profile(e), tau)
    end function gap_along
 
-   !> Bound of the error of the gap at a position: the interpolation error of the element plus the residual gaps at contacts, whose
-   !> exact gap is zero.
+   !> Bound of the error of the gap at a position: the interpolation error of the element, plus, for each end in contact, the gap at
+   !> the sample nearest to this contact, where the exact gap is almost zero.
    real(wp) function gap_error_bound(problem, state, profile, line, place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -2,21 +2,22 @@
 !> obstacle is taken as straight (over such a short length its curvature has no effect) and presses on both sides with the density
 !> r. With the distance x from the end of the line contact on each side, the gap is w = T x^3/(6 EI) - r x^4/(24 EI), where T is the
 !> contact force at that end. The node is at the distances m and n from the two ends. At the node both sides have the same w and
-!> slope, T1 + T2 = r (m + n) + F with a pressing force F, and the moment jumps by the couple C. With v = n/m < 1 and m on the side
-!> that the couple lifts:
+!> slope, T1 + T2 = r (m + n) + F with a pressing force F, and the moment jumps by the couple C. With v = n/m <= 1, and m on the
+!> side on which the couple lifts the rod:
 !>
 !>   T1 = r m (3 + v - v^2 + v^3)/12,   T2 = r m (1 - v + v^2 + 3 v^3)/(12 v^2),
 !>   F = r m f(v),   f = T1/(r m) + T2/(r m) - 1 - v,   C = r m^2 c(v),   c = 1/2 - T1/(r m) + v T2/(r m) - v^2/2.
 !>
 !> Without a force v = 2 - sqrt(3) and C = (2 sqrt(3) - 3) r m^2; without a couple v = 1 and m = -3 F/(4 r) (F < 0 lifts). Any
-!> couple lifts a finite length against any pressing force: a node inside a line contact transmits no couple to the obstacle.
+!> couple lifts a finite length, however large the pressing force is. A node inside a line contact therefore transmits no couple to
+!> the obstacle.
 !>
-!> A joint at which the curvature of the obstacle jumps by D acts like the couple C = EI D, of either sign: the line contact lifts
-!> over m + n = sqrt(2 sqrt(3) C/r), n on the side where the obstacle bends less towards the rod.
+!> A joint at which the curvature of the obstacle jumps by D acts on the rod like the couple C = EI D, of either sign: the line
+!> contact lifts over m + n = sqrt(2 sqrt(3) C/r), n on the side where the obstacle bends less towards the rod.
 !>
-!> A couple at the last node of a line contact may press this node onto the obstacle, so that the rod lifts beside it: w = r x^3
-!> (l - x)/(24 EI), with the distance x from the new end of the line contact and the lifted length l. The slope at the node is
-!> negligible, and the moment there is -r l^2/4.
+!> A couple at the last node of a line contact may press this node onto the obstacle, so that the rod lifts beside the node:
+!> w = r x^3 (l - x)/(24 EI), with the distance x from the new end of the line contact and the lifted length l. The slope at the
+!> node is neglected, and the moment at the node is -r l^2/4.
 module lifted_node
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -31,7 +32,7 @@ module lifted_node
 
 contains
 
-   !> True if a node has a line contact on both sides and a free rotation.
+   !> True if the rod is in line contact on both sides of a node and no support fixes the rotation of the node.
    pure logical function inside_line(problem, candidate) result(inside)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
@@ -44,7 +45,7 @@ contains
       end associate
    end function inside_line
 
-   !> Lengths over which a line contact lifts off before and after a node inside it.
+   !> Lengths over which a line contact lifts off before and after a node inside the line contact.
    function lifted_beside(problem, state, candidate) result(length)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -56,14 +57,14 @@ contains
          call conforming_forces(problem, state, problem%beside(side, problem%candidates%node(candidate)), &
             & merge(1.0_wp, 0.0_wp, side == 1), local, density=density(side))
       end do
-      ! The obstacle's couple on the node is opposite to the couple on the rod.
+      ! breakpoint_couple is the couple of the obstacle on the node; the couple that acts on the rod is opposite and equal.
       length = lifted_lengths(breakpoint_couple(problem, state, candidate) * track_sense(problem, state, candidate, &
          & node_track(problem, state, candidate)), breakpoint_force(problem, state, candidate), 0.5_wp * sum(density))
    end function lifted_beside
 
    !> Density of the obstacle's force above which a couple lifts the rod over a negligible length only, or by a height below
-   !> rounding. In the symbols of the module header: m <= initial_share of the rod segment, or (21 - 12 sqrt(3))/8 C^2/(r EI) <=
-   !> rounding_gap; the lifted height is largest at x = n.
+   !> rounding. In the symbols of the module header: m <= initial_share of the rod segment, or lifted height (21 - 12 sqrt(3))/8
+   !> C^2/(r EI) <= rounding_gap. (The lifted height is largest at x = n.)
    pure real(wp) function holding_density(problem, element, couple) result(density)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: element        !! element of the line contact on which the couple acts
@@ -73,8 +74,9 @@ contains
          & (21.0_wp - 12.0_wp * sqrt(3.0_wp)) / 8.0_wp * couple**2 * problem%compliance(element)%bending / rounding_gap(problem))
    end function holding_density
 
-   !> Length of local uplift beside a node with fixed rotation, such as a node on a symmetry plane: the mirror image of the rod has
-   !> the same force. Huge if the obstacle does not press.
+   !> Length of local uplift beside a node with fixed rotation, such as a node on a symmetry plane. The mirror image of the rod
+   !> lifts with the same force, so that the node carries twice the force of one side. The result is huge if the obstacle does not
+   !> press.
    pure real(wp) function lifted_at_mirror(force, density) result(length)
       real(wp), intent(in) :: force         !! force on this side of the symmetry plane, > 0: away from the obstacle
       real(wp), intent(in) :: density       !! density of the obstacle's force beside the node, > 0 where it presses

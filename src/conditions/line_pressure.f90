@@ -13,8 +13,8 @@ module line_pressure
    private
    public :: pressure_t, sample_line, least_pressure
 
-   real(wp), parameter :: near = 1.0e-5_wp !! accuracy of the position of a least density, over the interval between the two samples
-   !! beside the least sample
+   real(wp), parameter :: near = 1.0e-5_wp !! accuracy to which the position of a least density is searched, over the interval
+   !! between the two neighbours of the least sample
 
    !> Density of the obstacle's force, sampled along a line contact.
    type :: pressure_t
@@ -29,7 +29,7 @@ contains
    function sample_line(problem, state, line) result(pressure)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(contact_span_t), intent(in) :: line            !! line contact in the present state
+      type(contact_span_t), intent(in) :: line            !! line contact, with its ends in `state`
       type(pressure_t) :: pressure
       real(wp), allocatable :: at(:), density(:)
       type(conforming_state_t) :: kept
@@ -58,8 +58,9 @@ contains
          call insert(pressure%at, n, at(i))
          associate (before => max(i - 1, 1), after => min(i + 1, size(at)))
             if (density(i) > density(before) .or. (density(i) >= density(after) .and. after > i)) cycle
-            ! The density is least at an end of the line contact, unless it decreases from the end inwards. On an axis of symmetry,
-            ! where the rotation is fixed, its slope is zero except for the errors of splines.
+            ! The density is least at an end of the line contact, unless it decreases from the end inwards. At an end on an axis of
+            ! symmetry, where the rotation is fixed, the slope of the density is zero except for the errors of splines, so that no
+            ! minimum is searched.
             if (before == i .or. after == i) then
                side = merge(1, 2, before == i)
                if (problem%model%fixed(3, problem%model%mesh%node(side, line%element(side)))) cycle
@@ -75,9 +76,10 @@ contains
       call move_alloc(density, pressure%density)
    end function sample_line
 
-   !> Inserts a coordinate near the end of an increasing list; a coordinate that is already in the list is skipped.
+   !> Inserts a coordinate into an increasing list, at its place near the end of the list. A coordinate that is already in the list
+   !> is skipped.
    pure subroutine insert(all, n, place)
-      real(wp), allocatable, intent(inout) :: all(:) !! doubled when it is full
+      real(wp), allocatable, intent(inout) :: all(:) !! list; its memory is doubled when it is full
       integer, intent(inout) :: n                  !! number of entries in the list
       real(wp), intent(in) :: place
       integer :: k
@@ -99,7 +101,8 @@ contains
       type(state_t), intent(in) :: state
       type(contact_span_t), intent(in) :: line
       real(wp), intent(in) :: first, last
-      type(conforming_state_t), intent(inout) :: kept !! conforming state of the elements used before, see conforming_forces
+      type(conforming_state_t), intent(inout) :: kept !! state of the conforming element that was evaluated last, which the next
+      !! call uses again, see conforming_forces
       type(minimum_search_t) :: search
       call search%begin(first, last, near)
       do while (search%next_guess(place))
@@ -111,15 +114,16 @@ contains
    real(wp) function density_at(problem, state, line, at, kept) result(density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(contact_span_t), intent(in) :: line            !! line contact in the present state
+      type(contact_span_t), intent(in) :: line            !! line contact, with its ends in `state`
       real(wp), intent(in) :: at                          !! coordinate along the rod segment
-      type(conforming_state_t), intent(inout), optional :: kept !! conforming state of the elements used before, see
-      !! conforming_forces
+      type(conforming_state_t), intent(inout), optional :: kept !! state of the conforming element that was evaluated last, which
+      !! the next call uses again, see conforming_forces
       real(wp) :: local(3), tau
       integer :: e
       call find_point(problem, state, line%rod_segment, at, e, tau)
       if (problem%conforms(e) == 0) then
-         ! At the last end of the line contact a free element begins; the element before this end is the one that has the density.
+         ! At the last end of the line contact find_point gives the free element that begins there. The element before it has the
+         ! density.
          e = e - 1
          tau = 1.0_wp
       end if
@@ -130,9 +134,9 @@ contains
    subroutine least_pressure(problem, state, line, least, where, side)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(contact_span_t), intent(in) :: line            !! line contact in the present state
-      real(wp), intent(out) :: least !! least density. Where the track's curvature jumps: the density minus the part of it that
-      !! would be needed to keep the rod on the track
+      type(contact_span_t), intent(in) :: line            !! line contact, with its ends in `state`
+      real(wp), intent(out) :: least !! least density. Where the curvature of the track jumps, the density that is needed to hold
+      !! the rod on the track (holding_density) is subtracted
       real(wp), intent(out) :: where               !! coordinate of the least density along the rod segment
       integer, intent(out) :: side !! part of the line contact with the least density: -1: first end, 0: inside, 1: last end
       type(pressure_t) :: pressure

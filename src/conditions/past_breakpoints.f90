@@ -7,8 +7,9 @@ module past_breakpoints
 
 contains
 
-   !> Rod segment on which a contact span continues past an end of its own segment, if the same contact covers that segment and no
-   !> support acts at the boundary. (Without a support, force passes from the contact span to the free span there.) 0: none.
+   !> Rod segment into which a contact span can continue past an end of its own rod segment; 0: none. The same contact must cover
+   !> this rod segment, and no support may act at the boundary. (Without a support, the force of the contact span passes to the free
+   !> span behind the boundary.)
    pure integer function beyond(problem, contact_span, way) result(rod_segment)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: contact_span      !! index into problem%contact_span

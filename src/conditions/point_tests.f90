@@ -1,6 +1,6 @@
 !> Tests of contact nodes. A valid contact set satisfies three conditions: forces at point contacts, and at ends of line contacts at
-!> segment boundaries, are compressive; at a point contact the rod is less curved than the obstacle; beside a contact at the end of
-!> a rod or at a corner, the gap increases with the distance from the contact.
+!> segment boundaries, are compressive; at a point contact the rod bends away from the obstacle (positive relative curvature);
+!> beside a contact at the end of a rod or at a corner, the gap increases with the distance from the contact.
 module point_tests
    use kinds, only: wp, parallel
    use problem, only: problem_t, rounding_gap
@@ -16,8 +16,8 @@ module point_tests
    private
    public :: tests_of_points
 
-   real(wp), parameter :: parallel_enough = sqrt(epsilon(1.0_wp)) !! [rad] error of the rotation at a support up to which the rod
-   !! counts as parallel to the obstacle
+   real(wp), parameter :: parallel_enough = sqrt(epsilon(1.0_wp)) !! [rad] largest angle between rod and obstacle at a support that
+   !! fixes the rotation at which the rod still counts as parallel to the obstacle
 
 contains
 
@@ -50,8 +50,9 @@ contains
 
    contains
 
-      !> Adds the curvature tests beside a support with fixed rotation, one for each side. A side on which the rod leaves the
-      !> obstacle at a fixed angle has no test, because curvature cannot bring the rod back into contact there.
+      !> Adds the curvature tests beside a support with fixed rotation, one for each side on which the rod is free. A side on which
+      !> the rod leaves the obstacle at an angle has no test, because curvature cannot bring it back into contact beside the
+      !> support.
       subroutine test_beside_support(tests)
          type(span_test_t), allocatable, intent(inout) :: tests(:)
          integer :: side
@@ -96,7 +97,8 @@ contains
          & track_sense(problem, state, c, node_track(problem, state, c), side)
    end function rise
 
-   !> Test of the relative curvature (excess_curvature, > 0 if valid) of a point contact, or of one side of a clamped support.
+   !> Test of the relative curvature (excess_curvature, > 0 if valid) of a point contact, or on one side of a support that fixes the
+   !> rotation.
    type(span_test_t) function curvature(problem, state, c, side) result(test)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -109,9 +111,10 @@ contains
       if (present(side)) test%sense = real(2 * side - 3, wp)
    end function curvature
 
-   !> Test of a point contact at a segment boundary, where the contact force acts at the distance turn / (relative curvature) along
-   !> the rod from the node: negligible distance times relative curvature, minus the magnitude of the turn. If it is negative, the
-   !> point contact leaves the boundary. The product is regular where the relative curvature vanishes.
+   !> Test of a point contact at a segment boundary. If the rod turns relative to the obstacle, its contact force moves to the
+   !> distance turn / (relative curvature) from the node. The test value is a negligible distance times the relative curvature,
+   !> minus the magnitude of the turn. If it is negative, the point contact leaves the boundary. Unlike the distance, this value is
+   !> finite where the relative curvature vanishes.
    type(span_test_t) function leaving(problem, state, c) result(test)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -130,7 +133,8 @@ contains
          & excess - abs(turn)
    end function leaving
 
-   !> Concentrated contact force at a candidate over the scale of forces; > 0: the obstacle presses.
+   !> Concentrated contact force at a candidate over the scale of forces; > 0: the obstacle presses. Minus the gap over the
+   !> structure's size, if the contact is open.
    real(wp) function push(problem, state, scale, c)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -143,19 +147,19 @@ contains
          return
       end if
       push = breakpoint_force(problem, state, c) / scale
-      ! At a boundary inside a line contact the force is set to zero if it is a residual or corresponds to negligible uplift. The
-      ! force of a point contact may pass through zero there; its value is kept.
+      ! At a node of a line contact the force is set to zero if it is a residual, or lifts only a negligible length. The force of a
+      ! point contact is not set to zero, because it may pass through zero.
       if (problem%contact_span(problem%candidates%contact_span(c))%line .and. (abs(push) <= left_over(problem) .or. &
          & uplift_is_negligible(problem, state, c, push, scale))) push = 0.0_wp
-      ! A moving support or another obstacle may displace the node, so that this contact does not constrain it. An open gap then
-      ! makes the test fail.
+      ! A support or another obstacle may prescribe the position of the node, so that this contact does not constrain the node. If
+      ! the gap is open then, the test fails.
       if (closes_gap(problem, state, c)) return
       call candidate_gap(problem, state, c, lift, normal, bend)
       roll = rolled(problem, state, c)
       if (lift - roll%rise > rounding_gap(problem)) push = -lift / problem%size
    end function push
 
-   !> True if the rod beside a contact node is free on the given side: there is an element that is not in contact.
+   !> True if the rod continues on the given side of a contact node and is not in line contact there.
    pure logical function rests_beside(problem, c, side)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: c              !! candidate
@@ -166,8 +170,8 @@ contains
       end associate
    end function rests_beside
 
-   !> True if the contact constrains its node: neither a support nor an earlier active candidate of the node constrains it in the
-   !> same direction (see eliminated_unknowns).
+   !> True if the contact constrains its node, because neither a support nor an active candidate before it in the list constrains
+   !> the node in the same direction.
    pure logical function closes_gap(problem, state, c)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -185,8 +189,8 @@ contains
       end do
    end function closes_gap
 
-   !> Magnitude of the couple on a line contact's node at a segment boundary, over scale times structure's size. Zero if the couple
-   !> is within the residual or lifts a negligible length.
+   !> Magnitude of the couple of the obstacle on a line contact's node at a segment boundary, over force scale times structure's
+   !> size. Zero if the couple is within the residual of equilibrium or lifts only a negligible length.
    real(wp) function lifting_couple(problem, state, c, scale) result(couple)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -202,7 +206,8 @@ contains
       end if
    end function lifting_couple
 
-   !> (sides) true: force and couple on a node inside a line contact lift only a negligible length of the rod before and after it.
+   !> (before, after) true: force and couple on a node inside a line contact lift only a negligible length of the rod on this side
+   !> of the node.
    function lifts_negligibly(problem, state, c) result(negligible)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -225,7 +230,7 @@ contains
    end function end_stays_in_contact
 
    !> True if a force away from the obstacle lifts only a negligible length: the force acts on a node inside a line contact, or on a
-   !> line contact's node with fixed rotation at the end of a rod (symmetry plane).
+   !> node with fixed rotation at which both a line contact and its rod end (symmetry plane).
    logical function uplift_is_negligible(problem, state, c, push, scale)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -1,6 +1,6 @@
 !> Tests whether a set of contact spans is the right one. The test functions are smooth along the path while the set is unchanged,
-!> and >= 0 while it is valid. Where one of them is zero, contact begins, ends, spreads or splits.
-!> The header of span_changes lists the steps of a contact change; the first step evaluates these tests.
+!> and >= 0 while the set is valid. Where a test function is zero, contact begins, ends, spreads or splits. The header of module
+!> span_changes lists the steps with which the program passes a change of contact; the first step evaluates these tests.
 module span_tests
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -21,10 +21,10 @@ module span_tests
    type :: free_span_t
       integer :: rod_segment = 0
       integer :: element(2) = 0             !! first and last element
-      integer :: contact_span(2) = 0 !! contact spans before and after the free span, indices into problem%contact_span; 0: none.
-      !! Where the free span ends at a segment boundary, this is the contact span that begins there in the next segment; but a free
-      !! span that fills its whole segment has none
-      integer :: contact(2) = 0             !! contacts to which these contact spans belong, indices into model%contact; 0: none
+      integer :: contact_span(2) = 0 !! contact spans before and after the free span, indices into problem%contact_span; 0: none. If
+      !! the free span ends at a segment boundary, the contact span that begins there in the next segment is stored. But both
+      !! entries are 0 for a free span that fills its whole segment
+      integer :: contact(2) = 0             !! contacts to which the two contact spans belong, indices into model%contact; 0: none
    end type free_span_t
 
 contains
@@ -34,8 +34,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: scale         !! scale of forces, see system_t
-      integer, intent(in), optional :: only !! index of the only test whose value is needed; 0: only the tests of points are needed.
-      !! Gaps and pressures on which these do not depend are then not evaluated
+      integer, intent(in), optional :: only !! index of the only test whose value is needed; 0: only tests of contact nodes and
+      !! lengths are needed. Gaps and pressures that are not needed are then not evaluated and have the value 0
       type(span_test_t), allocatable :: tests(:), points(:), gaps(:), lengths(:)
       integer :: k, i
       logical :: pressed
@@ -65,8 +65,8 @@ contains
             & points(which - size(gaps))%kind == test_curvature
       end function needs_gaps
 
-      !> True if the gap of a free span is below rounding, for example just after the span has opened. The curvatures at its ends
-      !> are then residuals of the iteration.
+      !> True if the gap of a free span is below rounding, for example just after the span has opened. The relative curvatures at
+      !> the ends of the span are then residuals of the iteration.
       pure logical function is_closed(test)
          type(span_test_t), intent(in) :: test
          is_closed = test%kind == test_vanishing .and. abs(test%value) * problem%size <= rounding_gap(problem)
@@ -74,7 +74,7 @@ contains
    end function run_span_tests
 
    !> Tests of gaps: the least gap of each free span, the least gap between each line contact and other obstacles, and the largest
-   !> gap of each free span beside contact spans (closing gap).
+   !> gap of each free span beside a contact span with the same obstacle (the free span closes where this gap is zero).
    function gap_tests(problem, state, points, valued) result(tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -104,15 +104,15 @@ contains
             tests = [tests, test]
             test%beside = merge(span(i)%contact_span, 0, span(i)%contact == k)
             if (all(test%beside == 0)) cycle
-            ! A contact of the next segment at the boundary counts only if this segment has, at the other end, a contact with the
-            ! same obstacle.
+            ! A contact span of the next segment at the boundary counts only if a contact span of this segment, of the same contact,
+            ! is at the other end of the free span.
             if (.not. any(test%beside > 0 .and. problem%contact_span(max(test%beside, 1))%rod_segment == span(i)%rod_segment)) cycle
             test%kind = test_vanishing
             test%error = 0.0_wp
             test%value = largest / problem%size
             test%ends = span_ends(problem, state, span(i))
-            ! The gap is proportional to the sixth power of the free span's length: it is below rounding when the length between the
-            ! two contacts is still large. The length is then the test value.
+            ! The gap is proportional to the sixth power of the free span's length. It is therefore below rounding when the length
+            ! is still large; the test value is then computed from the length.
             if (abs(largest) <= rounding_gap(problem)) test%value = rounding_gap(problem) / problem%size * &
                & ((test%ends(2) - test%ends(1)) / problem%layout%rod_segment(test%rod_segment)%length - closed_share)
             tests = [tests, test]
@@ -132,8 +132,8 @@ contains
       end do
    end function gap_tests
 
-   !> Tests of the other local minima of the gap in the free span of a gap test that is zero, where they are as low as it, for
-   !> instance at mirror images: contact begins there at the same point of the path.
+   !> For a gap test that is zero: tests of the other local minima of the gap in the same free span that are as low, for instance at
+   !> mirror images. Contact begins at these minima at the same point of the path.
    function gaps_as_low(problem, state, tests, which) result(others)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -163,7 +163,7 @@ contains
       touched(pack(problem%candidates%node, problem%candidates%contact_span > 0)) = .true.
    end function touched_nodes
 
-   !> (nodes) true: the node belongs to a contact, and the node's own test fails.
+   !> (nodes) true: the node is a contact node of the given contact, and a test of this node clearly fails.
    pure function failing_nodes(problem, points, contact) result(fails)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: points(:) !! tests of contact nodes
@@ -213,8 +213,8 @@ contains
       end subroutine add
    end function length_tests
 
-   !> Length at which the test of a length is zero: a line contact whose ends lie inside a rod segment is a point contact if it is
-   !> shorter; a free span, or a line contact beside a segment boundary, is then gone.
+   !> Length at which the test of a length is zero. A shorter line contact with both ends inside a rod segment is a point contact. A
+   !> shorter free span, or a shorter line contact at a segment boundary, does not exist.
    pure elemental real(wp) function least_length(problem, test) result(least)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: test      !! of kind test_length or test_boundary_span
@@ -224,7 +224,7 @@ contains
       least = merge(point_share, closed_share, inside) * problem%layout%rod_segment(test%rod_segment)%length
    end function least_length
 
-   !> Tests of pressures: the least density along each line contact.
+   !> Tests of pressures: the least density of the obstacle's force along each line contact.
    function pressure_tests(problem, state, scale, valued) result(tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -268,7 +268,7 @@ contains
          do k = 1, size(problem%contact_span)
             if (problem%contact_span(k)%rod_segment /= j) cycle
             call add(problem%contact_span(k)%element(1) - 1, k)
-            ! A point contact may be at the beginning of a line contact with another obstacle.
+            ! A point contact at the beginning of a line contact with another obstacle leaves no free span between them.
             if (problem%contact_span(k)%element(2) + 1 < first) cycle
             first = problem%contact_span(k)%element(2) + 1
             before = k
@@ -300,7 +300,7 @@ contains
       end subroutine add
    end function free_spans
 
-   !> Coordinates of the ends of a free span along its rod segment.
+   !> Coordinates, along its rod segment, of the two ends of a free span.
    pure function span_ends(problem, state, span) result(at)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -1,6 +1,6 @@
-!> Monitors of displacements: their values and their linearisations (functionals). A monitor refers to the material point named by
-!> the deck, even if the nodes of a contact span move. Also the gap between an obstacle and a point inside an element as a
-!> functional.
+!> Monitors of displacements: their values, and their linearisations. (A functional is a number of the state together with its
+!> derivatives, see state_functional.) A monitor refers to the material point that the deck names, even if the nodes of a contact
+!> span move along the rod. The gap between an obstacle and a point inside an element is also given here as a functional.
 module displacement_functional
    use kinds, only: wp
    use model, only: quantity_displacement
@@ -18,7 +18,7 @@ module displacement_functional
 
 contains
 
-   !> Value of a displacement monitor (length or rad, without factor and offset).
+   !> Value of a displacement monitor: mean displacement or rotation of its nodes, with the monitor's factor and offset.
    pure real(wp) function watched_displacement(problem, state, m) result(value)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -36,15 +36,15 @@ contains
    end function watched_displacement
 
    !> Linearisation of a displacement monitor. The displacements of a point inside an element depend on the element's internal
-   !> unknowns: the monitor therefore depends on the load factor and on the internal residual, too.
+   !> unknowns. These depend on the load factor and on the residual inside the element, so that the monitor does, too.
    function new_displacement_functional(problem, state, system, m) result(watched)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled at `state`
       integer, intent(in) :: m                  !! index into model%monitor of a displacement monitor
       type(functional_t) :: watched
-      real(wp) :: weight(3), tau, by_node(3, problem%model%mesh%n_nodes) !! derivatives of the monitor by displacements of the
-      !! point; place in the element; derivatives by nodes, global axes
+      real(wp) :: weight(3), tau, by_node(3, problem%model%mesh%n_nodes) !! derivatives of the monitor by the displacements of its
+      !! point; place of the point in the element; derivatives by the displacements of all nodes, global axes
       integer :: i, node, e
       by_node = 0.0_wp
       allocate (watched%inner(0))
@@ -65,7 +65,8 @@ contains
       watched%by_unknown = unknowns_of(problem, system, by_node)
    end function new_displacement_functional
 
-   !> Adds to a functional the displacements and the rotation of a point inside an element, each times its weight.
+   !> Adds to the derivatives of a functional those of the displacements and the rotation of a point inside an element, each times
+   !> its weight. The value of the functional is not changed.
    subroutine add_place(problem, state, system, e, tau, weight, by_node, number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -74,7 +75,7 @@ contains
       real(wp), intent(in) :: tau               !! place of the point in the element, 0 to 1
       real(wp), intent(in) :: weight(3)         !! weights of the displacements (x, y) and of the rotation, global axes
       real(wp), intent(inout) :: by_node(:, :)  !! (3, nodes) gradient of the functional, global axes
-      type(functional_t), intent(inout) :: number !! functional; its load derivative and its defect are changed
+      type(functional_t), intent(inout) :: number !! functional; its components by_load and defect are changed
       type(profile_t) :: profile
       type(pose_t) :: pose
       real(wp) :: du(6), rate(3), gradient
@@ -97,7 +98,8 @@ contains
                & node)), [2.0_wp - i, i - 1.0_wp])
          end associate
       end do
-      ! If a node carries the obstacle on which the element lies, the point moves with this node.
+      ! An obstacle may be attached to a node, which carries it. If the element lies on such an obstacle, the point moves with the
+      ! node.
       if (carrier > 0) by_node(:, carrier) = by_node(:, carrier) + matmul(weight, rigid_motion(pose%arm(profile_place(problem, &
          & new_profile(problem, state, e), tau))))
       du = 0.0_wp
@@ -107,8 +109,8 @@ contains
       number%defect = number%defect + dot_product(weight, rate)
    end subroutine add_place
 
-   !> Change of a displacement monitor for increments of displacements and load factor. With x = system%tangent and y = 1 it is the
-   !> derivative of the monitor along the path by the load factor.
+   !> Change of a displacement monitor for increments of displacements and load factor. With x = system%tangent and y = 1 the result
+   !> is the derivative of the monitor along the path by the load factor.
    real(wp) function monitor_change(problem, m, state, system, x, y) result(change)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: m                  !! index into model%monitor of a displacement monitor
@@ -121,8 +123,9 @@ contains
       change = watched%change(x, y)
    end function monitor_change
 
-   !> True for a displacement monitor that the loads do not determine: if a rod may roll (rolling_rods), the monitor changes within
-   !> the range of rolling by more than the tolerance of equilibrium. (Force monitors do not change by rolling.)
+   !> True for a displacement monitor that the loads do not determine. A rod that rolls along its wall (rolling_rods) has many
+   !> equilibrium positions; the monitor changes between them by more than the square root of the tolerance of equilibrium, relative
+   !> to the structure's size. (Force monitors do not change by rolling.)
    logical function left_open(problem, m, state, system)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: m                  !! index into model%monitor
@@ -135,8 +138,8 @@ contains
       end associate
    end function left_open
 
-   !> The gap with its linearisation: displacement of the point relative to the obstacle along the normal, minus the closing of the
-   !> gap.
+   !> The gap of a point inside an element, with its linearisation. The gap changes by the displacement of the point relative to the
+   !> obstacle along the normal, minus the closing that the load prescribes.
    type(functional_t) function new_place_gap_functional(problem, state, system, contact, e, tau, gap, normal) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -1,7 +1,7 @@
 !> Sum of an obstacle's distributed foundation forces as a functional.
 !>
-!> The forces act inside elements, on the rod's polynomial between the nodes: errors of this polynomial change the sum, in addition
-!> to the errors of the elements' end forces.
+!> The forces act inside elements and depend on the polynomial of the rod between the nodes. Errors of this polynomial change the
+!> sum, in addition to the errors of the elements' end forces; the sum therefore has no error estimate.
 module foundation_force_functional
    use kinds, only: wp
    use problem, only: problem_t
@@ -32,7 +32,7 @@ contains
       has_foundation = any(problem%ground%chain%obstacle == obstacle)
    end function has_foundation
 
-   !> Sum of the forces of an obstacle's foundations: one component, or the sum of the normal forces.
+   !> Sum of an obstacle's distributed foundation forces: one component, or the sum of the normal forces.
    real(wp) function foundation_force_sum(problem, state, obstacle, component) result(total)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -93,7 +93,8 @@ contains
 
       !> Change of the foundation force on one element, for changes of the element's unknowns and of the load factor.
       subroutine change_in_element(du, dz, y, change)
-         real(wp), intent(in) :: du(6), dz(:) !! changes of the nodes' displacements (global axes); changes of the stored unknowns
+         real(wp), intent(in) :: du(6), dz(:) !! changes of the displacements of the element's two nodes (global axes); changes of
+         !! the element's stored unknowns
          real(wp), intent(in) :: y               !! change of the load factor
          real(wp), intent(out) :: change
          real(wp) :: rho(2, max_stages), force(2)
@@ -130,7 +131,8 @@ contains
       integer, intent(in) :: e
       real(wp), intent(in) :: tau !! place in the element, 0 to 1 of its stress-free length
       type(conforming_state_t), intent(inout) :: kept
-      real(wp), intent(in) :: du(6), dz(:)          !! changes of the nodes' displacements; changes of the stored unknowns
+      real(wp), intent(in) :: du(6), dz(:) !! changes of the displacements of the element's two nodes; changes of its stored
+      !! unknowns
       real(wp), intent(in) :: y                     !! change of the load factor
       real(wp), intent(out) :: change(2)            !! change of the displacement in x and y
       type(track_t) :: first, track
@@ -140,7 +142,7 @@ contains
          & motion => y * problem%model%step(problem%step)%load%motion(:, problem%candidates%obstacle(problem%conforms(e))))
          call conforming_track(problem, state, e, tau, kept, track, force)
          first = node_track(problem, state, problem%conforms(e))
-         ! Value of the polynomial through the changes at the stages.
+         ! The changes at the stages, divided by the matrix of the collocation method, are coefficients of the stage polynomials.
          system = transpose(tab%a)
          rise(1, :s) = dz(2 + s:1 + 2 * s)
          call solve_small(s, system, rise, singular)

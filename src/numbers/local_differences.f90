@@ -1,6 +1,6 @@
 !> Linearisation, by finite differences, of a number that depends on a few elements only. Each unknown of the nodes of these
-!> elements is changed by a small step, and the section forces of the elements with it. The nodes of contact spans keep their
-!> positions along the rods, as they do in the equations.
+!> elements is changed by a small step. The section forces of the elements change with the unknown as the linear equations
+!> prescribe. The nodes of contact spans keep their positions along the rods, as they do in the equations.
 module local_differences
    use kinds, only: wp
    use problem, only: problem_t, carried_by
@@ -15,7 +15,7 @@ module local_differences
    private
    public :: local_number_t, linearised
 
-   !> A number that is a function of the state. Each kind of number extends this type by its own data.
+   !> A number that is a function of the state. Each kind of number extends this type by the data that it needs.
    type, abstract :: local_number_t
       integer, allocatable :: element(:)         !! elements on which the number depends
    contains
@@ -28,11 +28,13 @@ module local_differences
          import :: local_number_t, problem_t, state_t, wp
          class(local_number_t), intent(in) :: self
          type(problem_t), intent(in) :: problem
-         type(state_t), intent(in) :: state      !! state close to that at which the equations are assembled, with the same nodes
+         type(state_t), intent(in) :: state !! state close to the one at which the equations are assembled, with the nodes at the
+         !! same places of the rods
       end function value_of_state
    end interface
 
-   real(wp), parameter :: little = sqrt(epsilon(1.0_wp)) !! change of an unknown: over the structure's size, or in rad
+   real(wp), parameter :: little = sqrt(epsilon(1.0_wp)) !! step of the finite differences: displacement over the structure's size,
+   !! or rotation [rad]
 
 contains
 
@@ -80,8 +82,7 @@ contains
 
    contains
 
-      !> Displaces the node that is being varied from its position in `here`. The internal unknowns of the elements follow from the
-      !> linear equations.
+      !> Displaces node `node` from its position in `here`. The internal unknowns of the elements follow from the linear equations.
       subroutine displace(du)
          real(wp), intent(in) :: du(3)           !! displacement of the node, global axes
          real(wp) :: rate(size(state%z, 1))
@@ -105,8 +106,9 @@ contains
          end do
       end subroutine displace
 
-      !> Displacement increments of the nodes of an element on a carried obstacle, relative to this obstacle, if one node is moved
-      !> by `du`: a node of the element, or the node that carries the obstacle (see relative_increments).
+      !> For an element on an obstacle that a node carries: displacement increments of the element's nodes relative to the obstacle,
+      !> if one node is moved by `du`. This node is one of the element, or the node that carries the obstacle (see
+      !> relative_increments).
       pure function relative(e, side, du) result(own)
          integer, intent(in) :: e, side          !! index of the element; side of the node in it, 0: the node carries the obstacle
          real(wp), intent(in) :: du(3)

@@ -19,7 +19,7 @@ module monitors
 
 contains
 
-   !> Values of all monitors at a converged state at which the system is assembled.
+   !> Values of all monitors, with factor and offset, at a converged state; `system` is assembled there.
    function monitor_values(problem, state, system) result(values)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -79,7 +79,7 @@ contains
       end do
    end function new_support_force_functional
 
-   !> Nodes of a reaction monitor on which rigid obstacles act while a support holds the monitor's component, in x or y.
+   !> Nodes of a reaction monitor at which a support holds the monitor's component (x or y) and a rigid obstacle acts as well.
    pure function held_nodes(problem, system, m) result(node)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system     !! assembled
@@ -153,9 +153,9 @@ contains
       call number%add(1.0_wp, new_span_force_functional(problem, state, system, obstacle, component))
    end function new_contact_functional
 
-   !> Linearisation of an obstacle's forces without those on contact spans: forces at nodes, and distributed foundation forces. Only
-   !> forces on nodes that the deck names have an error estimate, because the ends of all other contact depend on the mesh or are
-   !> inside elements.
+   !> Linearisation of the sum of an obstacle's forces except those on contact spans: forces at nodes, and distributed foundation
+   !> forces. Only forces of stops, on nodes that the deck names, have an error estimate. The ends of all other such contact depend
+   !> on the mesh or are inside elements.
    type(functional_t) function new_fixed_contact_functional(problem, state, system, obstacle, component) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

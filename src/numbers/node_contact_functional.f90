@@ -1,8 +1,9 @@
 !> Contact at nodes: gap and reaction of a candidate as functionals, and the sum of an obstacle's reactions at nodes.
 !>
-!> The reaction of a rigid obstacle is the unbalanced force on the unknown that it eliminates, like the reaction of a support. The
-!> reaction of a foundation at nodes, or of an elastic stop, follows from its force law, like the force of a spring. On coupled
-!> ground each reaction depends on all gaps. None of these reactions has a discretisation error from the interior of elements.
+!> A rigid obstacle in contact eliminates an unknown of the node. Its reaction is the unbalanced force on this unknown, like the
+!> reaction of a support. The reaction of a foundation at nodes, or of an elastic stop, follows from its force law, like the force
+!> of a spring. On coupled ground each reaction depends on all gaps. None of these reactions depends on the polynomials inside
+!> elements and their errors.
 module node_contact_functional
    use kinds, only: wp
    use problem, only: problem_t
@@ -26,8 +27,8 @@ contains
       is_stop = problem%model%obstacle(problem%candidates%obstacle(c))%at_nodes
    end function is_stop
 
-   !> Change of a candidate's gap, or on coupled ground of its opening (gap plus settlement of the ground), as a functional. Its
-   !> value is not set.
+   !> Change of a candidate's gap as a functional, or on coupled ground the change of its opening (gap plus settlement of the
+   !> ground). The value of the functional is not set.
    pure type(functional_t) function new_gap_functional(problem, system, candidate) result(number)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! assembled
@@ -63,8 +64,8 @@ contains
       type(system_t), intent(in) :: system       !! factored
       integer, intent(in) :: candidate
       type(functional_t) :: number
-      ! Unless the ground couples the candidates, the derivative depends on the unknowns of one node only. The derivatives for all
-      ! candidates then need a number of operations proportional to the size of the mesh.
+      ! Unless the ground couples the candidates, the derivative depends on the unknowns of one node only, and is computed from
+      ! these. For all candidates together this takes a number of operations proportional to the size of the mesh.
       if (problem%coupling%entry(candidate) == 0) then
          gap_rate = gap_change(problem, system, candidate, system%tangent, 1.0_wp)
       else
@@ -100,8 +101,8 @@ contains
          & state%active(:size(acts))
    end function acts_at_nodes
 
-   !> (candidates) true for rigid contacts that act on a node. Where a support holds a component of this node, too, the unbalanced
-   !> force on the node is the sum of both.
+   !> (candidates) true for rigid contacts that act on a node. If a support also holds a component of this node, the unbalanced
+   !> force on the node is the sum of support reaction and contact force.
    pure function holds_node(problem, system, node) result(holds)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! assembled
@@ -114,7 +115,7 @@ contains
    pure real(wp) function reaction_total(state, system, counts, component) result(total)
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! assembled at `state`
-      logical, intent(in) :: counts(:)           !! (candidates)
+      logical, intent(in) :: counts(:)           !! (candidates) true: the reaction is in the sum
       integer, intent(in) :: component           !! 1: force in x, 2: force in y, 3: sum of normal forces
       integer :: c
       total = 0.0_wp
@@ -123,13 +124,13 @@ contains
       end do
    end function reaction_total
 
-   !> reaction_total with its linearisation. The node moves along the obstacle, and the obstacle may move as well: the reaction then
-   !> changes its direction.
+   !> reaction_total with its linearisation. A reaction changes its direction when the node moves along a curved obstacle or the
+   !> obstacle moves.
    pure type(functional_t) function new_reactions_functional(problem, state, system, counts, component) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! assembled at `state`
-      logical, intent(in) :: counts(:)           !! (candidates)
+      logical, intent(in) :: counts(:)           !! (candidates) true: the reaction is in the sum
       integer, intent(in) :: component           !! 1: force in x, 2: force in y, 3: sum of normal forces
       real(wp) :: along(2), turning
       integer :: c
@@ -146,7 +147,8 @@ contains
       call add_held_forces(system, number)
    end function new_reactions_functional
 
-   !> Component of a candidate's unit normal in global axes; for component 3, the normal force, the result is 1.
+   !> Factor of a candidate's reaction in the sum: the component of its unit normal in global axes; 1 for component 3, the normal
+   !> force.
    pure real(wp) function along_component(system, candidate, component) result(share)
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate, component
@@ -189,7 +191,8 @@ contains
       number%by_load = number%by_load - factor * system%closing(candidate)
    end subroutine add_gap
 
-   !> Adds to a functional the displacement of a candidate's node relative to its obstacle, times a vector.
+   !> Adds to the derivatives of a functional those of the displacement of a candidate's node relative to its obstacle, times a
+   !> vector.
    pure subroutine add_motion(problem, system, candidate, direction, number)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system

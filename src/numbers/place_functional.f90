@@ -1,13 +1,14 @@
 !> Positions of touchdown points along their rods, and relative curvatures at point contacts, as functionals.
 !>
-!> A touchdown point is where the moment does not jump or, for a point contact, where the rod has the direction of the obstacle
-!> (touchdown_points). The derivatives of its position are differences of this condition at fixed touchdown points, as in the
-!> equations. A point contact at a segment boundary has a fixed node, and its force moves beside the node (rolling contact).
+!> At a touchdown point the moment does not jump or, at a point contact, the rod has the direction of the obstacle
+!> (touchdown_points). The derivatives of the point's position are finite differences of this condition, computed at fixed touchdown
+!> points as the equations are. A point contact at a segment boundary has a fixed node; its force moves along the rod beside the
+!> node (rolling contact).
 !>
-!> The relative curvature is the curvature of the rod minus that of the obstacle at a point contact, by stress-free length,
-!> positive if the rod bends away from the obstacle. As the path constraint it leads to the osculating contact, at which the
-!> relative curvature is zero. There the contact has no rotational stiffness, and free spans beside it may be about to buckle, so
-!> that neither the load nor displacements are parameters of the path.
+!> The relative curvature is the curvature of the rod minus that of the obstacle at a point contact, by stress-free length, positive
+!> if the rod bends away from the obstacle. If the path constraint prescribes the relative curvature, the path can be followed to
+!> the osculating contact, at which the relative curvature is zero. At this contact the obstacle gives no rotational stiffness, and
+!> free spans beside it may be about to buckle, so that neither the load nor displacements are parameters of the path.
 module place_functional
    use kinds, only: wp
    use problem, only: problem_t
@@ -23,15 +24,15 @@ module place_functional
    private
    public :: moving_ends, places_at, places_after, new_place_functional, named_place, new_relative_curvature
 
-   !> Position of a touchdown point as a number of the state.
+   !> Position of a touchdown point as a function of the state, for finite differences.
    type, extends(local_number_t) :: touchdown_place_t
       integer :: candidate = 0
-      type(touchdown_t) :: before                !! condition at the state in which the node is at the touchdown point
+      type(touchdown_t) :: before                !! touchdown condition at the state in which the node is at the touchdown point
    contains
       procedure :: value => place_of_state
    end type touchdown_place_t
 
-   !> Relative curvature at a point contact as a number of the state.
+   !> Relative curvature at a point contact as a function of the state, for finite differences.
    type, extends(local_number_t) :: relative_curvature_t
       integer :: candidate = 0
       type(state_t) :: before                   !! state in which the node is at the point contact
@@ -51,7 +52,8 @@ contains
          & .or. problem%candidates%rolls(c)), c=1, problem%candidates%n)])
    end function moving_ends
 
-   !> Positions of touchdown points: stress-free arc lengths along the chains of their contacts.
+   !> (ends) Positions of touchdown points: stress-free arc lengths along the chains of their contacts. (The chain of a contact is
+   !> the sequence of its candidates along the rods.)
    function places_at(problem, state, ends) result(at)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -75,7 +77,7 @@ contains
    !> condition.
    real(wp) function place_after(problem, before, after, candidate) result(at)
       type(problem_t), intent(in) :: problem
-      type(touchdown_t), intent(in) :: before    !! condition in a state close to `after`
+      type(touchdown_t), intent(in) :: before    !! touchdown condition in a state close to `after`
       type(state_t), intent(in) :: after
       integer, intent(in) :: candidate
       at = place_at(problem, after, candidate) + touchdown_step(problem, before, after, candidate)
@@ -99,7 +101,8 @@ contains
       at = place_after(problem, self%before, state, self%candidate)
    end function place_of_state
 
-   !> Linearisation of a touchdown point's position. Unbalanced moments at the end of a line contact also move the point.
+   !> Linearisation of a touchdown point's position. At the end of a line contact, errors of the elements' end moments also move the
+   !> point.
    function new_place_functional(problem, state, system, candidate) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -112,7 +115,7 @@ contains
       associate (beside => problem%candidates%element(:, candidate))
          place%element = pack(beside, beside > 0)
          number = linearised(problem, state, system, place)
-         ! The residual of the touchdown condition that the iteration left does not count in the error bar of the position.
+         ! The residual that the iteration left in the touchdown condition does not count in the error bar of the position.
          number%defect = 0.0_wp
          if (.not. (place%before%by_moment .and. abs(place%before%slope) > 0.0_wp)) return
          allocate (number%by_element(6, problem%model%mesh%n_elements), source=0.0_wp)
@@ -139,7 +142,7 @@ contains
       is_last = problem%candidates%neighbour(1, candidate) > 0
    end function is_last
 
-   !> Relative curvature with its linearisation.
+   !> Relative curvature at a point contact as a functional.
    function new_relative_curvature(problem, state, system, candidate) result(curvature)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -1,7 +1,7 @@
 !> Sums of support reactions and spring forces as functionals, and the linearisation of forces on fixed unknowns.
 !>
-!> The reaction of a support is the residual of its fixed unknown; the force of a spring is proportional to the spring's
-!> displacement.
+!> The reaction of a support is the residual (internal minus external force) of the unknown that the support fixes. The force of a
+!> spring is proportional to the displacement of its node.
 module reaction_functional
    use kinds, only: wp
    use problem, only: problem_t, dof
@@ -25,8 +25,8 @@ contains
       total = 0.0_wp
       associate (monitor => problem%deck%monitor(m))
          do i = 1, size(monitor%node)
-            ! A supported node is a segment boundary and thus a node of every mesh: a node of the deck that the mesh lacks has no
-            ! reaction.
+            ! A supported node is a segment boundary and thus a node of every mesh. A node of the deck that the mesh lacks therefore
+            ! has no support and no reaction.
             node = problem%mesh_node(monitor%node(i))
             if (node == 0) cycle
             if (problem%model%fixed(monitor%component, node)) then
@@ -62,7 +62,8 @@ contains
       end associate
    end function new_reaction_functional
 
-   !> Linearisation of that part of the sum that supports exert, computed from the equations; its value is not set.
+   !> Linearisation of the supports' part of the sum, without the springs, computed from the equations. The value of the functional
+   !> is not set.
    type(functional_t) function new_support_functional(problem, system, m) result(number)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! assembled
@@ -82,8 +83,8 @@ contains
       call add_held_forces(system, number)
    end function new_support_functional
 
-   !> Adds to a functional the linearisation of the forces on fixed unknowns; number%by_force contains its derivatives with respect
-   !> to these forces.
+   !> Adds to a functional the linearisation of the forces on fixed unknowns; number%by_force contains the derivatives of the
+   !> functional with respect to these forces.
    pure subroutine add_held_forces(system, number)
       type(system_t), intent(in) :: system       !! assembled
       type(functional_t), intent(inout) :: number

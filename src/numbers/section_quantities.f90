@@ -21,18 +21,20 @@ module section_quantities
    private
    public :: section_value, watched_section, largest_strain, new_section_functional
 
-   !> Part of an element of the mesh, with the values of a quantity at equidistant places in it.
+   !> The part of an element of the mesh that lies in one element of the deck, with the largest of the values of a section quantity
+   !> at equidistant places.
    type :: part_t
       integer :: element = 0
-      real(wp) :: from = 0.0_wp, start = 0.0_wp !! coordinates of one point: along the elements of the monitor; along the rod
-      !! segment
-      real(wp) :: low = 0.0_wp, high = 0.0_wp, step = 0.0_wp !! ends of the part; distance of the places; all as parts of the
-      !! element, 0 to 1
-      real(wp) :: tau = 0.0_wp, best = 0.0_wp   !! place of the largest magnitude in the part, 0 to 1; this magnitude
-      real(wp) :: limit = 0.0_wp                !! magnitude that no value between the places exceeds
+      real(wp) :: from = 0.0_wp, start = 0.0_wp !! two coordinates of the point at which the deck's element begins: along the
+      !! elements of the monitor; along the rod segment
+      real(wp) :: low = 0.0_wp, high = 0.0_wp, step = 0.0_wp !! two ends of the part; distance between neighbouring places; all as
+      !! fractions of the mesh's element
+      real(wp) :: tau = 0.0_wp, best = 0.0_wp !! place of the largest magnitude in the part, as a fraction of the mesh's element;
+      !! this magnitude
+      real(wp) :: limit = 0.0_wp                !! bound of the magnitude between the places
    end type part_t
 
-   !> A section quantity at a point of the mesh, as a number of the state.
+   !> A section quantity at a point of the mesh as a function of the state, for finite differences.
    type, extends(local_number_t) :: section_number_t
       type(section_place_t) :: place
    contains
@@ -55,16 +57,16 @@ contains
    end function section_value
 
    !> Section quantity at places of an element. Forces have the signs of the results: N positive in tension, Q along the normal to
-   !> the left of the section. Strain and stress are those of the fibre in which they are largest, as positive numbers. They do not
-   !> include heat and shear.
+   !> the left of the section. Strain and stress are those of the outer fibre in which they are largest, as positive numbers,
+   !> without the parts of heat and shear.
    function section_values(problem, state, e, tau, quantity, sense) result(value)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau(:)            !! places in the element, 0 to 1 of its stress-free length
       integer, intent(in) :: quantity           !! row of the table section_kind
-      real(wp), intent(in), optional :: sense(2) !! fixed signs, see section_place_t, with which the quantity is a smooth function
-      !! of the state; default: N, Q, M with their signs, strain and stress positive
+      real(wp), intent(in), optional :: sense(2) !! signs of the section forces, see section_place_t; with fixed signs the quantity
+      !! is a smooth function of the state. Default: N, Q, M have their own signs, strain and stress are positive
       real(wp) :: value(size(tau)), local(3, size(tau)), along(3), angle, signs(2)
       type(profile_t) :: profile
       type(section_t) :: section
@@ -143,8 +145,8 @@ contains
                call sample_element()
             else if (monitor%place <= from + (at(2) - at(1)) .or. i == size(monitor%element)) then
                s = min(monitor%place - from, at(2) - at(1))
-               ! A node has an element on each side. At the last node of the monitor's elements the last of them is meant, not the
-               ! element behind it.
+               ! A node has an element on each side. At the last node of the monitor's elements the value of the last of these
+               ! elements is used, not that of the element behind.
                call find_point(problem, state, segment, at(1) + s, place%element, place%tau)
                value = section_value(problem, state, place%element, place%tau, monitor%component)
                place%s = monitor%place
@@ -161,7 +163,7 @@ contains
 
    contains
 
-      !> Sets the signs of the section forces at the point.
+      !> Sets place%sense, the signs of the section forces at the point.
       subroutine set_sense()
          associate (e => place%element, tau => place%tau)
             if (section_kind(monitor%component)%of_fibre) then
@@ -173,7 +175,7 @@ contains
          end associate
       end subroutine set_sense
 
-      !> Samples those parts of the mesh that are in the present element of the deck.
+      !> Samples the quantity in all parts of the mesh's elements that lie in element `i` of the monitor.
       subroutine sample_element()
          real(wp), allocatable :: tau(:), there(:)
          real(wp) :: ends(2)
@@ -188,7 +190,8 @@ contains
          do k = first(1), first(2)
             e = problem%along(k)
             associate (low => merge(ends(1), 0.0_wp, k == first(1)), high => merge(ends(2), 1.0_wp, k == first(2)))
-               ! A section force is a polynomial of the element's order and has at most one extreme value in two of these intervals.
+               ! A section force is a polynomial of the element's order and has at most one extreme value in two neighbouring
+               ! intervals between these places.
                n = 2 * max(problem%model%mesh%stages(e), 1)
                tau = [(low + j * ((high - low) / n), j=0, n)]
                there = abs(section_values(problem, state, e, tau, monitor%component))
@@ -213,7 +216,7 @@ contains
          call take(in, search%place, -search%least)
       end subroutine search_part
 
-      !> Stores a point if its magnitude is larger than all magnitudes before.
+      !> Stores a point if the magnitude of the quantity is larger than at all points before.
       subroutine take(in, tau, size_there)
          type(part_t), intent(in) :: in
          real(wp), intent(in) :: tau, size_there
@@ -257,8 +260,8 @@ contains
    end function value_there
 
    !> Linearisation of a monitor of section quantities, without factor and offset. The position of the largest value is fixed,
-   !> because its motion changes the value in the second order only. If the position itself is the monitored number, it has no
-   !> linearisation.
+   !> because its motion changes the value in the second order only. If the monitor reports the position of the largest value, it
+   !> has no linearisation and no error estimate.
    function new_section_functional(problem, state, system, monitor) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -42,8 +42,8 @@ contains
    end function span_force_sum
 
    !> Derivative of span_force_sum along the path with respect to the load factor, as one difference along the path tangent. The
-   !> derivatives of the functional by single unknowns are differences, too; for stiff rods they may be 10,000 times the derivative
-   !> along the path, with errors as large as this derivative.
+   !> derivatives of the functional by single unknowns are finite differences, too, but cannot be used here: for stiff rods they may
+   !> be 10,000 times the derivative along the path, with errors as large as this derivative.
    real(wp) function span_force_rate(problem, state, system, obstacle, component) result(rate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -64,7 +64,8 @@ contains
       total = span_force_sum(problem, state, self%obstacle, self%component)
    end function sum_of_state
 
-   !> Linearisation of span_force_sum. Reactions at fixed segment boundaries are the unbalanced forces on their own unknowns.
+   !> Linearisation of span_force_sum. The reaction at a segment boundary is the unbalanced force on the unknown that its contact
+   !> eliminates.
    function new_span_force_functional(problem, state, system, obstacle, component) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -124,9 +125,9 @@ contains
       element = pack([(e, e=1, size(beside))], beside)
    end function elements_beside
 
-   !> Contribution of an element's end forces to the sum, with fixed unknowns. Only two kinds of end forces remain: of free elements
-   !> beside touchdown points, and of conforming elements at the opposite end of their line contact. All other section forces
-   !> cancel.
+   !> Sets the derivatives of the sum by the end forces of an element at constant unknowns. Two kinds of end forces contribute:
+   !> those of free elements at touchdown points, and those of conforming elements at contact nodes that do not move. All other
+   !> section forces cancel.
    subroutine set_own_part(problem, state, system, forces, e, number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -136,8 +137,8 @@ contains
       type(functional_t), intent(inout) :: number
       integer :: i, c
       associate (list => problem%candidates, own => number%by_element(:, e))
-         ! `by_force` multiplies the forces of all elements on the fixed unknowns. Those of a conforming element on its own nodes
-         ! are no part of the contact forces that are summed, and are subtracted.
+         ! `by_force` multiplies the forces of all elements on the fixed unknowns. The forces of a conforming element on its own
+         ! nodes are no part of the contact forces in the sum and are subtracted.
          if (problem%conforms(e) > 0) own = -element_unknowns(problem, system, number%by_force, e)
          do c = 1, list%n
             if (.not. counts(problem, forces%obstacle, c)) cycle
@@ -152,7 +153,8 @@ contains
       end associate
    end subroutine set_own_part
 
-   !> Weights of the force on a contact node in the sum, in node axes: their product with this force is its contribution.
+   !> Weights of an element's end force at a contact node, in node axes: their product with the force is the contribution to the
+   !> sum.
    function shift(problem, state, system, component, c) result(along)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -11,7 +11,7 @@ module tangent_step
    public :: states_along
 
    real(wp), parameter :: little = 1.0e-6_wp !! largest displacement in the step, over the structure's size, and largest rotation
-   !! [rad]; slopes keep half of the digits
+   !! [rad]; differences over such a step keep half of the digits
 
 contains
 
@@ -22,14 +22,15 @@ contains
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: load               !! only its sign is used: > 0 if the load factor increases along the path
       type(state_t), intent(out) :: here, ahead
-      real(wp), intent(out) :: step              !! increment of the load factor, with this sign
+      real(wp), intent(out) :: step              !! increment of the load factor, with the sign of `load`
       real(wp), intent(in), optional :: size_step !! largest displacement over the structure's size, or largest rotation [rad], in
       !! the step
       integer :: c
       step = little
       if (present(size_step)) step = size_step
       step = sign(small_load(problem, system, state%load_factor, step), load)
-      ! On a new mesh the state is in equilibrium only after a further iteration; both states contain this iteration.
+      ! On a new mesh the state is in equilibrium only after one more iteration. Both states include the change by this iteration,
+      ! so that it cancels in differences.
       here = state
       ahead = state
       call apply_increment(problem, system, 0.0_wp * system%tangent, 0.0_wp, here)

@@ -1,10 +1,10 @@
-!> Contact regions of contact at nodes: connected lengths of contact and their ends. The ends are located within a small part of an
-!> element.
+!> Contact regions of contact at nodes: connected lengths of contact and their ends. An end lies between nodes and is located to
+!> within a small part of an element.
 !>
 !> A rod leaves a rigid obstacle smoothly: its curvature equals the obstacle's up to the lift-off point and changes about linearly
-!> beyond it. The end of contact is the point at which the curvature of the open element, extrapolated backwards, equals that of the
-!> obstacle; it may be on either side of the last node in contact. On a foundation the end is the zero of the gap. On coupled ground
-!> the last reaction shows which part of the last node's length is still under pressure.
+!> beyond it. The end of contact is the point at which the curvature of the open element beside it, extrapolated backwards, equals
+!> that of the obstacle. This point may be on either side of the last node in contact. On a foundation the end is the zero of the
+!> gap. On coupled ground the reaction of the last node shows which part of the length that belongs to this node is under pressure.
 module contact_regions
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp
@@ -33,7 +33,7 @@ contains
       type(region_t), allocatable :: regions(:)
       integer :: c, last
       logical, allocatable :: seen(:), touching(:)
-      logical :: forward                       ! angles increase along the rod
+      logical :: forward                       ! true: angles on the obstacle increase along the rod
       allocate (regions(0))
       forward = .true.
       touching = resolved_contact(problem, state)
@@ -132,9 +132,9 @@ contains
 
    !> (candidates) true: in contact, within the resolution of the mesh.
    !>
-   !> Reactions at nodes make the computed axis of a rod on a rigid obstacle wavy between and beside the nodes. Some nodes therefore
-   !> lift off by a gap far below the resolution of the mesh. An open length between two contacts counts as contact if it is not
-   !> longer than eight of the elements around it.
+   !> Reactions act at nodes only, so that the computed axis of a rod on a rigid obstacle is wavy. Some nodes therefore lift off by
+   !> a gap far below the resolution of the mesh. An open length between two contacts counts as contact if it is not longer than
+   !> eight of the elements around it.
    function resolved_contact(problem, state) result(touching)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -174,7 +174,8 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate, side
       if (problem%candidates%bilateral(candidate)) then
-         ! If the neighbouring node is open only because a support holds it, the contact extends to this node.
+         ! A bilateral contact never opens. If the next node is not active, a support holds it there, and the contact extends to
+         ! this node.
          beyond = state%geometry%element(problem%candidates%element(side, candidate))%length
       else if (problem%model%obstacle(problem%candidates%obstacle(candidate))%rigid) then
          beyond = rigid_overhang(problem, state, candidate, side)
@@ -185,8 +186,8 @@ contains
       end if
    end function overhang
 
-   !> On a rigid obstacle: the root of a parabola for the difference between the curvatures of rod and obstacle. The parabola has
-   !> the differences at both ends of the open element and the slope at its far end.
+   !> The overhang on a rigid obstacle: the root of a parabola for the difference between the curvatures of rod and obstacle in the
+   !> open element. The parabola has the differences at the two ends of this element, and the slope at the far end.
    real(wp) function rigid_overhang(problem, state, candidate, side) result(beyond)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -221,7 +222,8 @@ contains
 
    contains
 
-      !> Curvature of the rod minus curvature of a rod with the same extension ratio that lies on the obstacle.
+      !> Curvature of the rod at end k of the element, minus curvature of a rod with the same extension ratio that lies on the
+      !> obstacle.
       real(wp) function misfit(k, c)
          integer, intent(in) :: k, c
          real(wp) :: stretch
@@ -261,7 +263,8 @@ contains
       end function obstacle_slope
    end function rigid_overhang
 
-   !> On a Winkler foundation: the place in the open element at which the gap changes its sign.
+   !> The overhang on a Winkler foundation (each point acts for itself): distance to the place in the open element at which the gap
+   !> changes its sign.
    real(wp) function winkler_overhang(problem, state, candidate, side) result(beyond)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -280,9 +283,9 @@ contains
       beyond = beyond * state%geometry%element(problem%candidates%element(side, candidate))%length
    end function winkler_overhang
 
-   !> On coupled ground: the pressure is extrapolated from the two nodes before the last one. The result is the part of the last
-   !> node's length over which this pressure gives the reaction of the node. On a half-space the pressure decreases to zero with the
-   !> square root of the distance from the end.
+   !> The overhang on coupled ground. The pressure is extrapolated from the two nodes before the last one. The end of contact is
+   !> where this pressure, summed over a part of the length that belongs to the last node, gives the reaction of this node. On a
+   !> half-space the pressure decreases to zero with the square root of the distance from the end.
    real(wp) function patch_overhang(problem, state, candidate, side) result(beyond)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

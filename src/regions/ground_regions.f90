@@ -1,4 +1,4 @@
-!> Contact regions of foundations that act inside elements; pressures and reactions of these foundations at nodes.
+!> Contact regions of distributed foundations, which act inside elements; pressures and reactions of these foundations at nodes.
 module ground_regions
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp
@@ -24,7 +24,8 @@ module ground_regions
 
 contains
 
-   !> All contact regions of foundations, contact by contact along the chains.
+   !> All contact regions of distributed foundations, contact by contact along the chains. (The chain of a contact is the sequence
+   !> of its candidates along the rods.)
    function find_ground_regions(problem, state) result(regions)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -120,7 +121,8 @@ contains
       end subroutine set_end
    end function find_ground_regions
 
-   !> Finds the smallest gap in a range of a contact's chain, divided by its known roots. The range may exceed the end of the chain.
+   !> Finds the smallest gap in a range of a contact's chain. Where supports keep the gap at zero (its roots), the gap is divided by
+   !> a power of the distance from the root. The range may exceed the end of the chain.
    subroutine smallest_ground_gap(problem, state, contact, from, to, root, least, candidate, place, factor)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -131,7 +133,7 @@ contains
       real(wp), intent(out) :: least
       integer, intent(out) :: candidate !! candidate before the element with the smallest gap; 0: the range is empty
       real(wp), intent(out) :: place    !! place of the smallest gap in this element, 0 to 1
-      real(wp), intent(out) :: factor   !! factor of the division at this place; 0: the place is a root
+      real(wp), intent(out) :: factor   !! factor by which the division multiplies the gap at this place; 0: the place is a root
       type(gap_root_t) :: there(size(root))
       real(wp) :: range(2), value, tau, h
       integer :: c, round
@@ -156,9 +158,9 @@ contains
       end do
    end subroutine smallest_ground_gap
 
-   !> Finds the largest local maximum of the gap in a range, with contact on both sides of the maximum. It is > 0 if the region is
-   !> divided there, < 0 if not. If there is no such maximum, the result is minus the deepest penetration. The whole range is
-   !> searched, because the maximum may move along the rod.
+   !> Finds the largest local maximum of the gap in a range, with contact on both sides of the maximum. This gap is > 0 if the
+   !> maximum divides the region of contact, < 0 if not. If there is no such maximum, the result is the least gap (minus the deepest
+   !> penetration). The whole range is searched, because the maximum may move along the rod.
    subroutine inner_opening(problem, state, contact, from, to, opening, candidate, place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -227,7 +229,7 @@ contains
       place = tau(found)
    end subroutine inner_opening
 
-   !> True if a part of the element after a candidate lies in a range of the chain; `range` is this part.
+   !> True if a part of the element after a candidate lies in the range `from` to `to` of the chain; `range` is this part.
    logical function part_of_range(problem, state, contact, candidate, round, from, to, range) result(lies)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -247,7 +249,7 @@ contains
       end associate
    end function part_of_range
 
-   !> Arc length of a candidate along its chain, at the present position of its node on the rod.
+   !> Arc length of a candidate along its chain, at the position of its node on the rod in `state`.
    pure real(wp) function chain_place(problem, state, list, candidate) result(s)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -264,8 +266,8 @@ contains
       end associate
    end function chain_place
 
-   !> Regions of one state, transferred to the node positions of another state on the same mesh: ends of contact at nodes move with
-   !> the nodes.
+   !> Regions of one state, transferred to the node positions of another state on the same mesh: ends of regions that lie at nodes
+   !> move with the nodes.
    function regions_on_moved_nodes(problem, from, to, regions) result(moved)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
@@ -319,7 +321,7 @@ contains
       rounds = merge(1, 0, problem%ground%chain%chain_length(contact) > 0.0_wp)
    end function rounds
 
-   !> Computes the foundation's force by stress-free length, and the gap, at each node of the foundations' chains.
+   !> Computes the foundation's force per stress-free length, and the gap, at each node of the foundations' chains.
    subroutine ground_pressure(problem, state, pressure, gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -332,7 +334,8 @@ contains
       end do
    end subroutine ground_pressure
 
-   !> Computes the distributed reactions of foundations as forces at the nodes of their chains; elements distribute them linearly.
+   !> Computes the distributed reactions of foundations as forces at the nodes of their chains; a force at a point of an element is
+   !> distributed linearly to the two nodes of the element.
    subroutine ground_reaction(problem, state, reaction)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -355,14 +358,14 @@ contains
       end do
    end subroutine ground_reaction
 
-   !> Computes the distributed reaction of one contact as forces at the deck's nodes of this contact, and the force by stress-free
-   !> length at these nodes. The mesh may have other nodes.
+   !> Computes the distributed reaction of one contact as forces at the deck's nodes of this contact, and the force per stress-free
+   !> length at these nodes, which need not be nodes of the mesh.
    subroutine deck_ground_reaction(problem, state, contact, gap, reaction, density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact             !! index into model%contact of a contact with distributed reactions
       real(wp), intent(in) :: gap(:)             !! (nodes of the contact in the deck) gaps
-      real(wp), intent(out) :: reaction(:), density(:) !! (nodes of the contact in the deck) reaction forces; forces by stress-free
+      real(wp), intent(out) :: reaction(:), density(:) !! (nodes of the contact in the deck) reaction forces; forces per stress-free
       !! length
       type(inner_forces_t) :: inner
       integer :: row(problem%deck%mesh%n_nodes), e, q, i, k
@@ -393,7 +396,7 @@ contains
       end do
    end subroutine deck_ground_reaction
 
-   !> Force by stress-free length of a contact's foundation at a given gap.
+   !> Force per stress-free length of a contact's foundation at a given gap.
    pure real(wp) function pressure_at(problem, contact, gap) result(pressure)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: contact

@@ -28,7 +28,7 @@ contains
       integer :: c
       allocate (regions(0))
       seen = problem%candidates%contact_span(:problem%candidates%n) == 0
-      ! A node that is clamped on an obstacle, without contact beside it, is not a region.
+      ! A support may hold a node on an obstacle without contact beside the node; such a node is not a region.
       do c = 1, problem%candidates%n
          if (seen(c) .or. any(problem%candidates%neighbour(:, c) > 0)) cycle
          seen(c) = is_supported(problem, state, c)
@@ -92,7 +92,7 @@ contains
          number_of = problem%contact_span(problem%candidates%contact_span(candidate))%number
       end function number_of
 
-      !> Angle of the contact force's position on the obstacle, if the obstacle has angles.
+      !> Angle, on the obstacle, of the place at which the contact force acts; NaN if the obstacle has no angles.
       real(wp) function angle_at(candidate, arm) result(angle)
          integer, intent(in) :: candidate
          real(wp), intent(in) :: arm(2)          !! vector from the candidate's node to the force
@@ -116,8 +116,8 @@ contains
       do r = 1, size(regions)
          at = [regions(r)%start, regions(r)%end]
          do side = 1, 2
-            ! A contact end that does not move is fixed by a segment boundary, so that its error bar is zero. The contact span of a
-            ! contact that has just begun has no number yet.
+            ! An end of contact that does not move is at a segment boundary, so that the error bar of its position is zero. A
+            ! contact that has just begun has no number yet, and gets the bar of a contact span that no region has.
             if (regions(r)%contact_span(side) > 0) regions(r)%bar(side) = new_error_bar(0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
             do k = 1, size(bars%place)
                associate (place => bars%place(k), bar => regions(r)%bar(side))
@@ -164,8 +164,9 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       integer, intent(in) :: side !! side of the candidate on which the element is taken to compute the coordinate: 1: before the
-      !! candidate, 2: after it. This matters where a chain closes
-      real(wp), intent(in), optional :: before(:) !! result of lengths_before, if coordinates of many candidates are needed
+      !! candidate, 2: after it. The side matters where a chain closes, because coordinates jump there
+      real(wp), intent(in), optional :: before(:) !! result of lengths_before, which saves time if the coordinates of many
+      !! candidates are needed
       integer :: e, tried, at
       ! If the contact does not cover the rod beyond a segment boundary, the element on the opposite side gives the coordinate.
       at = side

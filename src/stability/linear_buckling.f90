@@ -1,16 +1,19 @@
-!> Linear buckling about an equilibrium state: the increments of the load factor at which the linearised tangent is singular.
+!> Linear buckling about an equilibrium state: the increments dl of the load factor at which the tangent of the state, plus the
+!> effect of the stresses from dl, is singular.
 !>
 !>   (K + S(dl)) x = 0,   S the stress stiffness of the step's loads at fixed geometry
 !>
-!> K is the tangent of the state with its supports and active contacts. For a rod S is linear in dl, for an element it is not.
-!> block_krylov finds the largest eigenvalues 1/dl of -K^-1 S'(0). K may be indefinite, because the state may be beyond its first
-!> critical load. These eigenvalues have an error of the order of the elements; starting from each of them, an iteration finds the
-!> eigenvalue of S(dl). The critical load is more accurate for a state closer to it.
+!> K is the tangent of the state with its supports and active contacts. For a rod S is linear in dl; for an element S is not,
+!> because its inner unknowns are eliminated. block_krylov finds the largest eigenvalues 1/dl of -K^-1 S'(0). K may be indefinite,
+!> because the state may be beyond its first critical load. These eigenvalues have the discretisation error of the linear form,
+!> O(h^4) (see stress_stiffness). Starting from each of them, an iteration finds the dl of the equation above (settle). The critical
+!> load is the more accurate, the closer the state is to it.
 !>
-!> Eigenvalues nu of (K + nu K') x = 0 that are nearest to zero are counted before they are computed (slice). K is positive
-!> definite. By Sylvester's law of inertia the number of negative pivots of K + s K' is the number of eigenvalues between 0 and s.
-!> Bisection finds an s with the requested number of eigenvalues between 0 and s, even if they are close to each other, and an
-!> iteration about s computes them; none can be missed (B. N. Parlett, The Symmetric Eigenvalue Problem, ch. 3).
+!> If K is positive definite, the eigenvalues nu of (K + nu K') x = 0 that are nearest to zero can be counted before they are
+!> computed (slice). Here K' is S'(0). By Sylvester's law of inertia the number of negative pivots of K + s K' is the number of
+!> eigenvalues between 0 and s. Bisection finds an s with the requested number of eigenvalues between 0 and s, even if they are
+!> close to each other, and an iteration with the shift s computes these eigenvalues; none can be missed (B. N. Parlett, The
+!> Symmetric Eigenvalue Problem, ch. 3).
 module linear_buckling
    use kinds, only: wp
    use errors, only: error_t, fail
@@ -33,8 +36,8 @@ module linear_buckling
 
    integer, parameter :: most_steps = 12 !! largest number of iterations from a mode of the linearised problem to a mode under the
    !! finite stresses
-   real(wp), parameter :: worst_residual = 1.0e-2_wp !! largest residual of an accepted mode; the error of the load factor is its
-   !! square, 1e-4
+   real(wp), parameter :: worst_residual = 1.0e-2_wp !! largest relative residual of an accepted mode; the relative error of the
+   !! load factor is the square of the residual, 1e-4
 
    !> The linear operator x -> -K^-1 K' x, with K' = S'(0).
    type, extends(operator_t) :: buckling_operator_t
@@ -45,10 +48,11 @@ module linear_buckling
       procedure :: apply => apply_buckling
    end type buckling_operator_t
 
-   !> Matrices K and K' on the free unknowns.
+   !> The matrices K and K' of the linearised buckling problem (see the header).
    type :: pencil_t
       type(band_t) :: k, prime
-      type(active_coupling_t) :: coupling       !! coupled ground, whose matrix is subtracted from K
+      type(active_coupling_t) :: coupling !! coupled ground; the part of its stiffness that the band matrix K has in excess is
+      !! subtracted
       logical, allocatable :: fixed(:)      !! (n) true: the unknown is fixed
       real(wp), allocatable :: weight(:)    !! (n) weights of the inner product in the iteration; zero at fixed unknowns
    end type pencil_t
@@ -103,7 +107,7 @@ contains
          call fail(error, 'the loads of the step do not change the stiffness: they cannot make anything buckle')
          return
       end if
-      ! If the tangent is positive definite, a count of the eigenvalues proves that those found are the first ones.
+      ! If the tangent is positive definite, a count shows whether the eigenvalues found are those nearest to zero.
       if (system%negative_pivots + system%hinges == 0) call check_by_counting(operator, n_modes, spectrum, error)
       if (allocated(error)) return
       buckling%step = problem%step
@@ -121,7 +125,8 @@ contains
       end do
    end subroutine buckle
 
-   !> Replaces the spectrum by the first eigenvalues of both signs, if the iteration did not converge or left eigenvalues out.
+   !> If the iteration did not converge or left eigenvalues out: replaces the spectrum by the eigenvalues of both signs that are
+   !> nearest to zero, computed by `slice`.
    subroutine check_by_counting(operator, wanted, spectrum, error)
       type(buckling_operator_t), intent(in) :: operator
       integer, intent(in) :: wanted
@@ -151,7 +156,8 @@ contains
       end if
       if (allocated(error)) deallocate (error)
       allocate (both%value(0), both%vector(operator%n, 0))
-      ! An estimate of a critical load that has not converged is too large, never too small.
+      ! A critical load from an iteration that has not converged is too large, never too small, so that `bound` includes enough
+      ! eigenvalues.
       do side = 1, -1, -2
          call slice(pencil, wanted, side * bound * (2.0_wp - inside), value, vector, error)
          if (allocated(error)) return
@@ -166,7 +172,7 @@ contains
 
    contains
 
-      !> Number of eigenvalues (load increments) of one sign that the iteration found below `inside` times the bound.
+      !> Number of critical loads of one sign that the iteration found below `inside` times the bound.
       pure integer function found(sense)
          integer, intent(in) :: sense
          associate (value => spectrum%value(:spectrum%n))
@@ -178,9 +184,10 @@ contains
    !> Iterates from a mode of the linear problem to a mode of the stiffness under the finite stresses: K + S(factor), S(0) = 0,
    !> S'(0) = K'.
    !>
-   !> Inverse iteration with the derivative of S, and Newton's method for the zero of x^T (K + S) x: both converge quadratically.
-   !> The quadratic forms are summed over the elements, so that the rounding of the factored matrix has a second-order effect only.
-   !> `residual` is (K + S) x in the norm of the inverse tangent; its square is about the relative error of the load factor.
+   !> Inverse iteration with the derivative of S gives the mode x, and Newton's method for the zero of x^T (K + S) x gives the
+   !> factor. Both converge quadratically. The quadratic forms are summed over the elements, so that the rounding of the factored
+   !> matrix has a second-order effect only. `residual` is (K + S) x in the norm of the inverse tangent; its square is about the
+   !> relative error of the load factor.
    subroutine settle(self, state, x, factor, residual, error)
       class(buckling_operator_t), intent(inout) :: self
       type(state_t), intent(in) :: state
@@ -208,7 +215,7 @@ contains
          change = -(form + form_s) / form_d
          if (self%system%rigidity%n > 0) change = change - stretching_work(self%system, sx, held) / form_d
          factor = factor + change
-         ! The residual no longer decreases quadratically: it has reached rounding.
+         ! The change of the factor no longer decreases quadratically, because it has reached rounding.
          if (abs(change) <= epsilon(change) * abs(factor) .or. (abs(change) >= 0.5_wp * last .and. residual < worst_residual)) exit
          last = abs(change)
          stressed = self%system
@@ -285,8 +292,8 @@ contains
       operator%coupling = pencil%coupling
       call factorise(shifted_band(pencil, high), pencil%fixed, operator%factor)
       call factor_excess(operator%coupling, operator%factor, pencil%fixed)
-      ! The iteration also finds eigenvalues beyond the shift: more are computed until all eigenvalues below the shift are among
-      ! them.
+      ! The iteration also finds eigenvalues beyond the shift. More and more eigenvalues are therefore requested, until all those
+      ! below the shift are among them.
       asked = n_high
       do try = 1, 4
          asked = asked + n_high + 1

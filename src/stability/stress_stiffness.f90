@@ -1,10 +1,11 @@
 !> Stress stiffness: change of the tangent by the stresses alone, at fixed geometry.
 !>
-!> This is the matrix of classical linear buckling, without the displacements of the increment. If these were included in linear
-!> form, they would rotate the stiff directions of slender rods without the second-order terms that keep them stiff, and there would
-!> be spurious eigenvalues. The stress stiffness of a rod is linear in the stresses; that of an element is not, because its inner
-!> unknowns are eliminated. Load factors from the derivative (new_stress_stiffness) have the error O(h^4) for any order of the
-!> element; load factors with the finite stresses (stiffness_under) have the accuracy of the element.
+!> This is the matrix of classical linear buckling, without the change of the tangent by the displacements of the load increment.
+!> Included in linear form, these displacements would rotate the stiff axial directions of slender rods without the second-order
+!> terms that belong to the rotation, and cause spurious eigenvalues. The stress stiffness of a rod is linear in the stresses; the
+!> stress stiffness of an element is not, because the inner unknowns of the element are eliminated. Load factors from the derivative
+!> (new_stress_stiffness) have the error O(h^4) for any order of the element; load factors with the finite stresses
+!> (stiffness_under) have the accuracy of the element.
 module stress_stiffness
    use kinds, only: wp
    use problem, only: problem_t, dof, carried_by
@@ -26,14 +27,15 @@ module stress_stiffness
    private
    public :: stress_stiffness_t, new_stress_stiffness, stiffness_under, apply_stress
 
-   !> Stress stiffness of the whole structure, as a band matrix and by its parts.
+   !> Stress stiffness of the whole structure, as a band matrix and as the matrices of elements and nodes of which it is the sum.
    type :: stress_stiffness_t
-      type(band_t) :: k                        !! band matrix by the load factor, node axes
+      type(band_t) :: k                        !! assembled band matrix, node axes
       real(wp), allocatable :: element(:, :, :) !! (6, 6, elements) element matrices, node axes
       real(wp), allocatable :: shift(:, :, :) !! (6, 2, elements) element matrices times a unit translation in x and in y; (6, 2, 0)
       !! without foundations
-      type(node_matrices_t) :: at_nodes        !! matrices of nodes, see system_t
-      real(wp), allocatable :: pressure(:, :)  !! (2, elements) follower pressure contained in the matrices, at both ends
+      type(node_matrices_t) :: at_nodes        !! matrices of single nodes and of pairs, see system_t
+      real(wp), allocatable :: pressure(:, :) !! (2, elements) follower pressure whose stiffness the matrices contain, at both ends
+      !! of each element
    end type stress_stiffness_t
 
 contains
@@ -55,8 +57,8 @@ contains
       type(system_t), intent(in) :: system     !! assembled and factored at `state`
       real(wp), intent(in) :: factor           !! change of the load factor, not 0
       type(stress_stiffness_t), intent(out) :: matrix, derivative
-      ! Central differences of an analytic function. Their error, of the order of the square of the step, only makes Newton's method
-      ! slower.
+      ! The derivative is a central difference with this relative step. Its error, of the order of the square of the step, only
+      ! makes Newton's method slower.
       real(wp), parameter :: part = 1.0e-3_wp
       type(stress_stiffness_t) :: more
       real(wp) :: over
@@ -71,7 +73,8 @@ contains
       derivative%at_nodes = combined(over, more%at_nodes, -over, derivative%at_nodes)
    end subroutine stiffness_under
 
-   !> Stress stiffness for a change of the load factor; for factor 0 its derivative by the load factor.
+   !> Sums the stress stiffness for the change `factor` of the load factor; for factor 0, the derivative of the stress stiffness by
+   !> the load factor.
    subroutine sum_stresses(problem, state, system, factor, matrix)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -108,7 +111,7 @@ contains
          end associate
       end do
       call load_carriers()
-      ! Geometric stiffness of curved obstacles under their reactions.
+      ! A reaction turns when its node slides along a curved obstacle: geometric stiffness of the reaction.
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) cycle
          associate (node => problem%candidates%node(c), carrier => problem%model%obstacle(problem%candidates%obstacle(c))%carrier)
@@ -136,7 +139,8 @@ contains
 
    contains
 
-      !> Adds the tangent of the step's loads on conforming elements, and sets the derivatives of the end forces of these elements.
+      !> For conforming elements on obstacles that a node carries: adds the tangent of the step's loads on these elements, and sets
+      !> the change of their end forces.
       subroutine load_carriers()
          type(ge_load_t) :: load
          real(wp) :: force(3), unused(3), laid(9, 9)
@@ -155,7 +159,8 @@ contains
       end subroutine load_carriers
    end subroutine sum_stresses
 
-   !> K' x and x^T K' x, without the rounding error of the assembled sum (see apply_elements).
+   !> Multiplies the stress stiffness by x, and forms x^T y, from the parts and thus without the rounding error of the assembled
+   !> matrix (see apply_elements).
    subroutine apply_stress(problem, system, matrix, x, y, form)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system

@@ -1,9 +1,10 @@
 !> Eigenvalues of the tangent nearest to zero and their modes, for stability and branching.
 !>
-!> K x = mu M x on the null space of the active constraints. M contains the weights of the arc-length metric, so that mu is a force
-!> times a length, independent of the mesh. Eigenvalues are numbered in ascending order: with the number c of negative pivots of K,
-!> mu_1 ... mu_c are negative and mu_(c+1) ... positive. Each numbered eigenvalue is continuous along the path while the contact set
-!> is unchanged; if c increases by 2, mu_(c+1) and mu_(c+2) have zeros.
+!> The problem is K x = mu M x, with the tangent K, for motions x that supports and active contacts permit. M contains the weights
+!> of the arc-length metric, so that mu is a force times a length and does not depend on the mesh. Eigenvalues are numbered in
+!> ascending order: with the number c of negative pivots of K, mu_1 ... mu_c are negative and mu_(c+1) ... positive. Each numbered
+!> eigenvalue is continuous along the path while the contact set is unchanged; if c increases by 2 between two points, mu_(c+1) and
+!> mu_(c+2) have zeros between these points.
 module tangent_modes
    use kinds, only: wp
    use errors, only: error_t
@@ -26,17 +27,17 @@ module tangent_modes
    type :: modes_t
       integer :: n = 0                       !! number of modes
       integer :: pivots = 0                  !! number c of negative pivots of the factored tangent
-      integer :: hinges = 0 !! number of negative pivots among these that do not indicate instability; events do not count them (see
-      !! system_t)
-      logical, allocatable :: was_negative(:) !! (n) true for eigenvalues that were negative in the iteration, before they were
-      !! refined
+      integer :: hinges = 0 !! number of those of the c negative pivots that do not indicate instability, and that events do not
+      !! count (see system_t)
+      logical, allocatable :: was_negative(:) !! (n) true for eigenvalues that were negative in the iteration, before the Rayleigh
+      !! quotient refined them
       real(wp), allocatable :: mu(:)
-      real(wp), allocatable :: x(:, :)       !! (unknowns, n) modes in node axes, with <x, x> = 1 in the path metric
+      real(wp), allocatable :: x(:, :)       !! (unknowns, n) modes, node axes, of length 1 in the arc-length metric
    end type modes_t
 
-   real(wp), parameter :: mode_tolerance = 1.0e-5_wp !! largest residual of the eigenvectors, relative; the error of the eigenvalues
-   !! is its square
-   integer, parameter :: most_null_vectors = 4 !! largest multiplicity of a bifurcation that is determined
+   real(wp), parameter :: mode_tolerance = 1.0e-5_wp !! largest relative residual of the eigenvectors; the relative error of the
+   !! eigenvalues is the square of the residual
+   integer, parameter :: most_null_vectors = 4 !! largest number of null vectors that is determined at a bifurcation
 
    !> The linear operator x -> K^-1 M x.
    type, extends(operator_t) :: inverse_tangent_t
@@ -85,7 +86,7 @@ contains
          modes%x(:, [i, j]) = modes%x(:, [j, i])
          modes%was_negative([i, j]) = modes%was_negative([j, i])
       end do
-      ! Eigenvalues of the operator that are within rounding belong to no mode: the tangent has fewer modes than requested.
+      ! Eigenvalues mu so large that 1/mu is rounding belong to no mode: the tangent has fewer modes than requested.
       modes%n = max(1, count(epsilon(x) * abs(modes%mu) <= bending_stiffness(problem)))
       modes%mu = modes%mu(:modes%n)
       modes%x = modes%x(:, :modes%n)
@@ -109,14 +110,15 @@ contains
       n = count(abs(modes%mu) <= limit)
    end subroutine null_vectors
 
-   !> EI/size of the softest section. The stiffness along paths with bending is larger by a factor of at least pi^4.
+   !> Reference value for eigenvalues: EI/size of the softest section. The stiffness along a path on which rods bend is at least
+   !> pi^4 times this value.
    pure real(wp) function bending_stiffness(problem)
       type(problem_t), intent(in) :: problem
       bending_stiffness = minval(1.0_wp / problem%compliance%bending) / problem%size
    end function bending_stiffness
 
-   !> Correction of x^T K x for the artificial extension that the tangent allows in inextensible elements. x is a multiple of the
-   !> response to the forces `rhs`.
+   !> Correction of x^T K x for the small artificial extension that the tangent allows in inextensible elements; x is a multiple of
+   !> the response of the structure to the forces `rhs`.
    real(wp) function stretching_work(system, rhs, x) result(work)
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: rhs(:)         !! (n) forces
@@ -131,18 +133,19 @@ contains
    end function stretching_work
 
    !> Rotates the first n modes, whose eigenvalues are zero, to null vectors that do not depend on rounding. (Every rotation of a
-   !> basis of the null space is a basis, but only few of its vectors have the direction of branches.)
+   !> basis of the null space is again a basis, but branches have the directions of only few vectors of this space.)
    !>
-   !> The first vector is the combination of unit length with the largest displacement of a node. Each further vector is found in
-   !> the same way among the vectors orthogonal to the previous ones. If separate parts buckle at the same load, each vector is a
-   !> mode of one part. In a symmetric structure a node on the axis of symmetry selects the vector with the symmetry of the
-   !> structure, along which a branch exists (equivariant branching lemma).
+   !> The first vector is that combination of the modes, of unit length, in which a node has the largest displacement. Each further
+   !> vector is found in the same way among the vectors orthogonal to the previous ones. If separate parts buckle at the same load,
+   !> each vector is a mode of one part. In a symmetric structure a node on the axis of symmetry selects the vector with the
+   !> symmetry of the structure, along which a branch exists (equivariant branching lemma).
    subroutine choose_null_vectors(problem, state, system, n, modes)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state     !! state at which the system is assembled
       type(system_t), intent(in) :: system
       integer, intent(in) :: n               !! number of null vectors, at most modes%n
-      type(modes_t), intent(inout) :: modes  !! out: its first n vectors are rotated; their eigenvalues are zero and unchanged
+      type(modes_t), intent(inout) :: modes !! the first n vectors x are replaced by the rotated ones; their eigenvalues are
+      !! unchanged
       real(wp), dimension(problem%deck%mesh%n_nodes) :: reach
       real(wp) :: part(2, n, size(reach)), values(3, size(reach)), turn(n, n), c(n), along(2), left(n)
       integer :: i, j, node
@@ -185,7 +188,7 @@ contains
       half = hypot(0.5_wp * (xx - yy), xy)
       reach = sqrt(0.5_wp * (xx + yy) + half)
       along = [1.0_wp, 0.0_wp]
-      ! The displacement is equal in all directions: the x direction is chosen.
+      ! The largest displacement is equal in all directions, and the x direction is chosen.
       if (half <= mode_tolerance * (xx + yy)) return
       angle = 0.5_wp * atan2(2.0_wp * xy, xx - yy)
       along = [cos(angle), sin(angle)]
@@ -230,8 +233,8 @@ contains
       call scale_mode(mode, sense)
    end subroutine deck_mode
 
-   !> A mode at the deck's nodes in global axes. On the deck's mesh these are the values at the nodes, even if nodes have moved
-   !> along the rods.
+   !> A mode at the deck's nodes in global axes. If the mesh is that of the deck, these are the values at the nodes of the mesh,
+   !> even if the nodes have moved along the rods.
    function deck_values(problem, state, system, x) result(values)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -276,11 +279,12 @@ contains
       mode = sense * mode
    end subroutine scale_mode
 
-   !> Eigenvalue with a given number in ascending order. If it was not computed: the largest computed magnitude, with the sign that
-   !> follows from the number.
+   !> Eigenvalue with a given number, counted in ascending order. If this eigenvalue is not among the computed ones, the result is
+   !> the largest computed magnitude, with the sign that follows from the number.
    !>
-   !> For an eigenvalue near zero the signs of the pivots and of the iteration are rounding and may differ, while the refined value
-   !> is right. The number c of negative eigenvalues is then limited by its values at both ends of the path increment.
+   !> For an eigenvalue near zero the signs of its pivot and of its value in the iteration are rounding and may differ, while the
+   !> refined value has the right sign. The number c of negative eigenvalues is then limited to lie between its values at the two
+   !> ends of the path increment.
    pure real(wp) function numbered_eigenvalue(modes, number, least, most) result(mu)
       type(modes_t), intent(in) :: modes
       integer, intent(in) :: number !! number of the eigenvalue, counted without negative pivots that do not indicate instability,

@@ -2,10 +2,11 @@
 !>
 !> Axial stiffness exceeds bending stiffness by EA L^2/EI times the square of the number of elements. If this ratio approaches the
 !> inverse of the machine precision, the assembled tangent K has no digits of bending left. The slope of the path, the pivots and
-!> the points located by them are then wrong. The forces in equilibrium remain right, because they are stored unknowns, not EA times
-!> a difference. Products of the element matrices with the path tangent t (element_products) are accurate: K t should equal the
-!> load. t.(load - K t)/<t, t> therefore estimates the rounding error of eigenvalues whose modes are similar to t. It is finite
-!> where K becomes singular; at an exactly singular K the load on the artificial springs of the factors does not count as rounding.
+!> the points that are located by slope or pivots are then wrong. The forces in equilibrium remain right, because they are stored
+!> unknowns, not EA times a difference. Products of the element matrices with the path tangent t (element_products) are accurate: K
+!> t should equal the load. Therefore t.(load - K t)/<t, t>, with the arc-length metric <t, t>, estimates the rounding error of
+!> eigenvalues whose modes are similar to t. This estimate is finite where K becomes singular. If K is exactly singular, the
+!> factorisation adds artificial springs, whose forces do not count as rounding.
 module tangent_rounding
    use kinds, only: wp
    use problem, only: problem_t, unknown_weights
@@ -42,9 +43,9 @@ contains
       end associate
    end subroutine path_stiffness
 
-   !> True if half of the work of the factored tangent is rounding: in its response to a line load along one of the axes the forces,
-   !> summed over the elements, differ from the load by that much. (Line loads also bend structures that the loads of the step only
-   !> compress.)
+   !> True if the factored tangent is to a large part rounding: in its response to a line load along x or y, the work of the load
+   !> minus the element forces exceeds half of the work of the element forces. (Line loads also bend structures that the loads of
+   !> the step only compress.)
    logical function is_rounding(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -66,8 +67,8 @@ contains
       end do
    end function is_rounding
 
-   !> Advice against rounding, in words: fewer elements, or a smaller EA if elements are stiffer axially than in bending. The
-   !> rounding error of bending alone grows with the fourth power of the number of elements.
+   !> Advice against rounding, in words: fewer elements; or, as an alternative, a smaller EA if elements are stiffer axially than
+   !> in bending. The rounding error of bending alone grows with the fourth power of the number of elements.
    pure function rounding_cure(problem, state) result(words)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -8,8 +8,8 @@ module contact_labels
 
 contains
 
-   !> Label of a change by which a number of contacts is gained and a number is lost: that of the larger number, C+ if both are
-   !> equal; blank if both are zero.
+   !> Label of a change by which some contacts are gained and some are lost: C- if more are lost than gained, C+ otherwise; blank if
+   !> none is gained or lost.
    pure character(2) function contact_label(gained, lost) result(label)
       integer, intent(in) :: gained, lost !! numbers of contacts, >= 0
       label = '  '

@@ -1,12 +1,14 @@
 !> Contact regions on distributed foundations that appear, vanish, split or merge between two points of the path.
 !>
-!> The event function is the smallest gap on the part of the chain around the region or, for a region that opens inside, the largest
-!> local maximum of the gap. Both functions change smoothly, also inside elements, and remain defined if the region moves. At
-!> supported ends of the chain the gap is divided by its roots (root_orders), because supports on the foundation's surface keep the
-!> gap at zero there at every load. If the contact beside such an end is lost, its length shrinks to zero. The least gap then tends
-!> to zero with the power 3/2 of the slope at the end and remains zero after the loss: it does not change its sign, so that the loss
-!> could not be located by it. The gap divided by the distance from the end (or by the square of the distance, if the support also
-!> fixes the slope) is smooth, and changes its sign where the slope (or the curvature) is zero.
+!> The chain of a contact is the sequence of its candidates (nodes) along the rods. The event function is minus the smallest gap on
+!> the part of the chain around the region or, for a region that opens inside, minus the largest local maximum of the gap. Both
+!> functions are smooth along the path, also if the place of the extreme gap is inside an element, and remain defined if the region
+!> moves. A support on the foundation's surface at an end of the chain keeps the gap at zero there at every load: the end is a root
+!> of the gap. If the contact beside such an end is lost, its length shrinks to zero. The least gap then tends to zero with the
+!> power 3/2 of the slope at the end and remains zero after the loss. It does not change its sign, so that it could not locate the
+!> loss. The gap is therefore divided by its roots (root_orders). The gap divided by the distance from the end is smooth, and
+!> changes its sign where the slope at the end is zero. If the support also fixes the slope, the gap is divided by the square of the
+!> distance, and the curvature takes the place of the slope.
 module ground_events
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -27,9 +29,9 @@ module ground_events
    type :: ground_event_t
       character(2) :: label = ''                 !! C+ or C-
       integer :: contact = 0                   !! index into model%contact
-      real(wp) :: from = 0.0_wp, to = 0.0_wp   !! arc lengths at the two ends of this part
+      real(wp) :: from = 0.0_wp, to = 0.0_wp   !! arc lengths at the two ends of this part of the chain
       logical :: divided = .false.             !! true: a region splits, or two regions merge
-      integer :: root(2) = 0                   !! orders of the gap's roots at the ends of the chain, see ground_events; 0: none
+      integer :: root(2) = 0 !! orders of the gap's roots at the two ends of the chain, see the header of this module; 0: no root
    end type ground_event_t
 
 contains
@@ -62,8 +64,8 @@ contains
       end do
    end subroutine find_ground_events
 
-   !> Opens a closed chain at the place that the fewest regions cover. The regions of both lists are moved, in ascending order, to
-   !> the turn around the chain that begins at this place.
+   !> Opens a closed chain at the place that the fewest regions cover. The arc lengths of all regions are shifted by whole turns, so
+   !> that each region is on the turn around the chain that begins at this place; each list is then sorted.
    pure subroutine unroll(a, b, closed)
       type(region_t), intent(inout) :: a(:), b(:)
       real(wp), intent(in) :: closed
@@ -94,7 +96,7 @@ contains
          covered = modulo(place - region%start, closed) < region%end - region%start
       end function covered
 
-      !> Moves the regions of a list to the turn around the chain that begins at the opening, and sorts them.
+      !> Moves the regions of a list to the turn around the chain that begins at the opening `cut`, and sorts the list.
       pure subroutine shift(list)
          type(region_t), intent(inout) :: list(:)
          real(wp) :: middle
@@ -122,8 +124,8 @@ contains
       all_round = closed > 0.0_wp .and. region%end - region%start >= (1.0_wp - 1.0e-9_wp) * closed
    end function all_round
 
-   !> Pairs as many regions of two lists as possible, without changing their order (longest common subsequence). Two regions can be
-   !> paired if they overlap or are closer than `reach`, because a short region may move by more than its length.
+   !> Pairs as many regions of two lists as possible, in the order of both lists (longest common subsequence). Two regions can be
+   !> paired if they overlap or, because a short region may move by more than its length, if their distance is less than `reach`.
    subroutine match(a, b, reach, partner_a, partner_b)
       type(region_t), intent(in) :: a(:), b(:)
       real(wp), intent(in) :: reach
@@ -156,7 +158,7 @@ contains
 
    contains
 
-      !> Weight of a pair of regions in the comparison: 1, plus a small part for the overlap.
+      !> Weight of a pair of regions: 1, plus a small part that grows with their overlap; 0 if they cannot be paired.
       real(wp) function worth(k, l)
          integer, intent(in) :: k, l
          real(wp) :: overlap
@@ -168,8 +170,8 @@ contains
       end function worth
    end subroutine match
 
-   !> Appends the events of those regions of `there` that have no partner in `other`: new regions, or parts of a region that is
-   !> undivided in `other`. (A region that covers a whole closed chain can open without being divided into two.)
+   !> Appends the events of those regions of `there` that have no partner in `other`: these are new regions, or parts of a region
+   !> that is undivided in `other`. (A region that covers a whole closed chain can open without being divided into two.)
    subroutine append_unmatched(contact, other, there, partner, reach, closed, ends, new, divided, events)
       integer, intent(in) :: contact
       type(region_t), intent(in) :: other(:), there(:)
@@ -195,8 +197,8 @@ contains
 
    contains
 
-      !> Neighbour of a region that is also a part of the same region of `other`, in the direction of the partner of this region; 0:
-      !> none.
+      !> For a region of `there` that is a part of a region of `other`: its neighbour in `there`, on the side of the part that is
+      !> the partner; 0: the region is no such part.
       integer function other_part(number) result(beside)
          integer, intent(in) :: number
          integer :: side, whole, kept
@@ -215,7 +217,7 @@ contains
       !> wider than the free span, which may move along the rod while it grows.
       subroutine open_between(before, after, round)
          type(region_t), intent(in) :: before, after
-         real(wp), intent(in) :: round !! number added to the arc lengths of `after`: the length of a closed chain if `after` is
+         real(wp), intent(in) :: round !! length added to the arc lengths of `after`: the length of a closed chain if `after` lies
          !! behind the place where the chain is opened, else 0
          real(wp) :: width
          width = max(10.0_wp * (after%start + round - before%end), 10.0_wp * reach)
@@ -223,9 +225,9 @@ contains
             & min(after%start + round + width, after%end + round), .true.)]
       end subroutine open_between
 
-      !> Start of the part of the chain that is searched around a region. It is half way to the preceding region in either list,
-      !> because a small region may move while it grows; for a long region at most one region length before it; and never inside
-      !> another region.
+      !> Start of the part of the chain that is searched around a region. It is half way to the region before this one in either
+      !> list, because a small region may move while it grows. For a long region it is at least one region length before it. It is
+      !> never inside another region.
       real(wp) function free_from(region)
          type(region_t), intent(in) :: region
          real(wp) :: before
@@ -246,7 +248,8 @@ contains
       end function free_to
    end subroutine append_unmatched
 
-   !> Orders of the roots of the gap at the ends of the event's part of the chain: the smaller order of the two states.
+   !> Sets the orders of the gap's roots at the ends of the chain, as far as they lie in the event's part of the chain: at each end
+   !> the smaller order of the two states.
    subroutine find_roots(problem, from, to, event)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
@@ -266,7 +269,7 @@ contains
       call evaluate_event(problem, state, event, value, candidate, tau, factor)
    end function ground_event_value
 
-   !> Magnitude of the gap at the position of the event; it measures the location error.
+   !> Magnitude of the gap, not divided by roots, at the position of the event; at a located event it is the error of the location.
    real(wp) function ground_event_gap(problem, state, event) result(gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -282,10 +285,10 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(ground_event_t), intent(in) :: event
-      integer, intent(out) :: candidate !! candidate of the foundations' chain before the element with this position; 0: none, or
-      !! the position is at a root
+      integer, intent(out) :: candidate !! index, in the chain of the foundations, of the candidate before the element with this
+      !! position; 0: none, or the position is at a root
       real(wp), intent(out) :: tau             !! position in the element, 0 to 1
-      real(wp), intent(out) :: factor          !! factor on the gap at this position by the roots
+      real(wp), intent(out) :: factor          !! factor by which the division by roots multiplies the gap at this position
       real(wp) :: value
       call evaluate_event(problem, state, event, value, candidate, tau, factor)
       if (.not. factor > 0.0_wp) candidate = 0
@@ -303,7 +306,7 @@ contains
       factor = 1.0_wp
       closed = problem%ground%chain%chain_length(event%contact)
       from = event%from
-      ! Two turns around a closed chain are searched; the range begins in the first one.
+      ! The search covers two turns around a closed chain; the range must begin in the first turn.
       if (closed > 0.0_wp) from = modulo(event%from, closed)
       to = event%to + (from - event%from)
       if (event%divided) then
@@ -340,7 +343,7 @@ contains
       end do
    end function root_orders
 
-   !> Roots and their positions as arc lengths of the chain; empty if all orders are 0.
+   !> Roots of the gap at the ends of a chain, with their positions as arc lengths; empty if all orders are 0.
    function chain_roots(problem, state, contact, order) result(root)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -27,23 +27,24 @@ module path_events
       & event_turning = 6, event_release = 7
 
    character(*), parameter :: note_of_corner = 'limit point of the load, at a corner of the path'
-   real(wp), parameter :: at_rest = 1.0e-6_wp !! largest ratio of a contact event function at the start to that after the increment
-   !! at which the contact counts as without force at the start
+   real(wp), parameter :: at_rest = 1.0e-6_wp !! if the function of a contact event is at the start of the increment at most this
+   !! part of its value at the end, the contact counts as without force or gap at the start
 
-   !> Test values of one point, which are compared from point to point.
+   !> Test values of one point of the path. Events are found by comparing them with those of the next point.
    type :: test_values_t
       real(wp) :: load_factor = 0.0_wp
       real(wp) :: load_rate = 0.0_wp          !! d(load factor)/d(arc length) along the path
       integer :: negative_pivots = 0
-      integer :: opening = 0                  !! number of unstable directions that open force-free contacts
-      logical :: weak = .false.               !! true: there is a contact without force
+      integer :: opening = 0 !! number of unstable directions that open line contacts without pressure (force_free_contact)
+      logical :: weak = .false.               !! true: there is a line contact without pressure
       real(wp), allocatable :: monitor(:)
-      real(wp), allocatable :: monitor_rate(:) !! d(monitor)/d(arc length) of those monitors whose turning points are requested
+      real(wp), allocatable :: monitor_rate(:) !! (step%turning) d(monitor)/d(arc length) of those monitors whose turning points are
+      !! requested
       logical, allocatable :: active(:)       !! (candidates) true: contact at the node, within the resolution of the mesh
       type(region_t), allocatable :: grounded(:) !! regions of contact with distributed foundations
    end type test_values_t
 
-   !> A corner of the law of one candidate.
+   !> A corner between two straight segments of the force law at one candidate.
    type :: law_corner_t
       integer :: candidate = 0                   !! candidate whose law has the corner; 0: no corner
       real(wp) :: penetration = 0.0_wp           !! penetration at the corner [length], negative where the law acts in tension
@@ -55,21 +56,22 @@ module path_events
       character(2) :: label = ''
       integer :: monitor = 0 !! value events: index of the monitor, 0: load factor; turning points: index into step%turning
       real(wp) :: value = 0.0_wp                 !! value events: the prescribed value
-      integer :: number = 0 !! bifurcation, detachment: number of the eigenvalue that changes its sign, in ascending order
-      integer :: least = 0, most = 0          !! smaller and larger number of negative pivots at the two ends
+      integer :: number = 0 !! bifurcation, release: which eigenvalue changes its sign, counted in ascending order
+      integer :: least = 0, most = 0 !! smaller and larger number of negative pivots (release: of `opening`) at the two ends of the
+      !! increment
       integer :: pivots = 0                   !! number of negative pivots at the located point
       logical, allocatable :: marked(:)       !! contact: true for the candidates whose contact changes
       logical :: divided = .false.            !! contact: true: a region splits, or two regions merge
       type(ground_event_t) :: ground          !! contact with a distributed foundation: the change and its position
-      real(wp) :: gap_scale = 1.0_wp, reaction_scale = 1.0_wp !! contact: reference values of gap and reaction, which make the two
-      !! comparable
+      real(wp) :: gap_scale = 1.0_wp, reaction_scale = 1.0_wp !! contact: reference values, by which gap and reaction are divided in
+      !! the event function
       logical :: corner = .false. !! limit point: true: at a corner of the path; the load rate jumps from one sign to the other
       type(law_corner_t) :: law !! limit point: the corner of a force law at a node that causes the corner of the path, if any
-      logical :: meets = .false. !! limit point: true: it is a bifurcation at which the path crosses the path that it leaves on its
-      !! other side
+      logical :: meets = .false. !! limit point: true: the point is a bifurcation instead. The path is a branch that has its extreme
+      !! load there and meets the path on which branches start
       logical :: jumps = .false. !! bifurcation: true: the eigenvalue jumps from one sign to the other because a line contact
       !! becomes a point contact
-      logical :: prescribed = .false. !! value events: true: the value was prescribed in the correction and is met to rounding
+      logical :: prescribed = .false. !! value events: true: the value was prescribed in Newton's method and is met to rounding
       logical :: steady_load = .false. !! true: the load rate is almost constant over the increment, so that the load can measure
       !! fractions of the increment
       real(wp) :: scale = 1.0_wp !! reference value of the event function, to which the tolerance of its zero is related
@@ -79,7 +81,8 @@ module path_events
 
 contains
 
-   !> Test values at a converged point. The caller computes the load rate, because it determines the direction of travel.
+   !> Test values at a converged point. The caller gives the load rate, because its sign depends on the sense in which the path is
+   !> followed.
    function new_test_values(problem, state, system, load_rate) result(test_values)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -120,8 +123,8 @@ contains
          event = event_t(kind=event_limit, label='LP')
          event%note = 'limit point of the load'
          call append(event)
-         ! A limit point explains one change of sign of an eigenvalue. If several eigenvalues change their sign, the location of the
-         ! events shows which of them belongs to the limit point.
+         ! A limit point explains one change of sign of an eigenvalue. If several eigenvalues change their sign, the events must be
+         ! located first: their positions show which eigenvalue belongs to the limit point.
          if (most == least + 1) most = least
       end if
       do i = least + 1, most
@@ -143,7 +146,7 @@ contains
          event%note = 'turning point of '//trim(problem%model%monitor(step%turning(i))%name)
          call append(event)
       end do
-      ! If contact at nodes has become contact spans, the candidates are different, and span_changes reports the change.
+      ! If contact at nodes has become contact spans, the two points have different candidates; span_changes reports this change.
       if (size(before%active) == size(after%active)) then
          if (any(before%active .neqv. after%active)) &
             & call detect_contact_events(problem, from, to, before%active, after%active, events)
@@ -249,7 +252,7 @@ contains
 
    contains
 
-      !> Appends the events of those regions of `there` that have no counterpart in `other`, or more than one.
+      !> Appends an event for each region of `there` that has no counterpart among the regions of `other`, or several.
       subroutine compare(there, other, label)
          logical, intent(in) :: there(:), other(:)
          character(2), intent(in) :: label
@@ -275,7 +278,7 @@ contains
             if (parts > 1) then
                event%marked = region .and. .not. other
                event%divided = .true.
-               ! Two neighbouring regions that have only one end in common.
+               ! All candidates of the region are in `other`, too; a second region of `other` is only close to it.
                if (.not. any(event%marked)) cycle
             end if
             event%note = contact_words(label, event%divided)
@@ -286,7 +289,7 @@ contains
          end do
       end subroutine compare
 
-      !> Adds to a set the neighbours of each of its candidates.
+      !> The set with the neighbours of each of its candidates.
       function widened(set) result(wide)
          logical, intent(in) :: set(:)
          logical :: wide(size(set))
@@ -313,7 +316,8 @@ contains
          value = test_values%load_rate
          if (event%law%candidate > 0) value = beyond_corner(problem, state, event%law) / problem%size
       case (event_bifurcation)
-         ! For a bifurcation only the sign is known here; smooth_zero computes the eigenvalue.
+         ! For a bifurcation only the sign of the eigenvalue is known here, from the count of negative pivots; module smooth_zero
+         ! computes the eigenvalue.
          value = merge(-1.0_wp, 1.0_wp, event%number <= test_values%negative_pivots)
       case (event_release)
          value = merge(-1.0_wp, 1.0_wp, event%number <= test_values%opening)
@@ -337,8 +341,8 @@ contains
       end select
    end function event_value
 
-   !> Smallest gap of the given candidates. Contact at nodes begins where a node meets the obstacle, wherever the rod between the
-   !> nodes is.
+   !> Smallest gap of the given candidates. Contact at nodes begins where a node meets the obstacle; the rod between the nodes does
+   !> not count.
    real(wp) function smallest_gap(problem, state, marked) result(smallest)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -346,7 +350,7 @@ contains
       smallest = minval(openings(problem, state), mask=marked)
    end function smallest_gap
 
-   !> (candidates) gaps.
+   !> (candidates) gaps; on coupled ground to its settled surface.
    function openings(problem, state) result(opening)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -366,8 +370,8 @@ contains
       end if
    end function test_value
 
-   !> Corner of the law between two states: of the first candidate whose penetrations at the two states lie on different segments,
-   !> the corner nearest to the first state.
+   !> Corner of a force law that is passed between two states. Of the first candidate whose penetrations at the two states lie on
+   !> different segments of its law, it is the corner nearest to the first state.
    type(law_corner_t) function corner_between(problem, from, to) result(corner)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
@@ -396,8 +400,8 @@ contains
       beyond = penetration(problem, state, corner%candidate) - corner%penetration
    end function beyond_corner
 
-   !> Penetration of a node into its obstacle; 0 if the gap is open. If the law also acts in tension, the penetration is negative
-   !> there.
+   !> Penetration of a node into its obstacle; 0 if the gap is open. If the law also acts in tension, the penetration is negative in
+   !> tension.
    real(wp) function penetration(problem, state, candidate) result(depth)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
