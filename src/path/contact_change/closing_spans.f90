@@ -1,7 +1,8 @@
-!> Closing of free spans: the gap of a free span vanishes all along, or its length becomes zero. At this point a point contact
-!> beside the span is in neutral equilibrium along the rod, so that no increment with the present set may converge near it. The sets
-!> without the span are regular; of those whose tests are satisfied just beyond, the path passes to the one that begins first, at
-!> its onset. A change on the increment comes before an onset beyond it.
+!> Closing of free spans: the gap of a free span vanishes all along, or its length becomes zero. When it closes, a point contact
+!> beside the span can shift along the rod without resistance, so that increments with the present set may not converge nearby. The
+!> equations of the sets without the span are regular. Of those sets whose tests are satisfied just beyond the closing, the path
+!> takes the one that begins first, at its onset (the point of the path where a set begins). If a change is located on the
+!> increment, it comes before an onset beyond the increment.
 module closing_spans
    use kinds, only: wp
    use model, only: step_t, method_load
@@ -33,11 +34,11 @@ module closing_spans
 contains
 
    !> Tests of free spans that have closed on an increment or, if another test fails or no increment converges, that seem to close
-   !> ahead: within the longest next increment if their gaps fall as on this one.
+   !> ahead: within the longest next increment if their gaps go on falling as on this increment.
    function about_to_close(problem, interval, fails) result(closing)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(in) :: interval
-      logical, intent(in) :: fails               !! true: a test fails on the increment
+      logical, intent(in) :: fails               !! true: another test fails on the increment
       type(span_test_t), allocatable :: closing(:)
       logical :: near(size(interval%after))
       integer :: k
@@ -51,19 +52,20 @@ contains
       closing = pack(interval%after, near)
    end function about_to_close
 
-   !> Passes to the contact set without the given free spans at its onset, on the increment or, if no increment converges, just
-   !> ahead. What the deck asks for on the way there comes first, with the present set: a shorter increment is requested while a
-   !> limit point or such a value lies before the onset, or the onset of a set without some of the spans alone.
+   !> Passes to the contact set without the given free spans at its onset, which lies on the increment or, if no increment
+   !> converges, just ahead. Events before the onset come first, with the present set. A shorter increment is therefore requested
+   !> while a limit point or a value that the deck asks for lies before the onset, or the onset of a set without only some of the
+   !> spans.
    subroutine close_spans(problem, step, run, point, interval, closing, recorder, request, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      type(path_point_t), intent(in) :: point    !! of the present set, near the onset
+      type(path_point_t), intent(in) :: point    !! a point with the present set, near the onset
       type(step_interval_t), intent(in) :: interval
-      type(span_test_t), intent(in) :: closing(:) !! tests of the spans, at least one
+      type(span_test_t), intent(in) :: closing(:) !! tests of the free spans that close, at least one
       class(recorder_t), intent(inout) :: recorder
-      type(request_t), intent(inout) :: request  !! set_changed: the path goes on without the spans; unchanged: no such set was
-      !! found, or it does not begin yet
+      type(request_t), intent(inout) :: request !! set_changed: the path goes on without the spans; unchanged: no set without the
+      !! spans was found, or the set found begins later
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(next_set_t) :: next
@@ -97,9 +99,10 @@ contains
    contains
 
       !> True if an onset lies too far ahead of the increment. If the gaps of the spans are rounding, any onset will do, because the
-      !> equilibrium is the same with and without them. If they are within the error of the solution, or if no increment converges,
-      !> the onset must be within the reach of about_to_close. Otherwise a change on the increment comes first, and so does `point`
-      !> if it is a change located ahead of the increment; only the accuracy of located places is allowed for.
+      !> equilibrium is the same with and without them. If the gaps are within the error of the solution, or if no increment
+      !> converges, the onset must be within the reach of about_to_close. Otherwise a change on the increment comes first, and so
+      !> does a change located ahead of the increment, at `point`. The onset may then lie beyond only by the accuracy of located
+      !> places.
       pure logical function begins_beyond(onset)
          real(wp), intent(in) :: onset           !! load factor
          real(wp) :: sense, reach
@@ -118,8 +121,8 @@ contains
       end function begins_beyond
    end subroutine close_spans
 
-   !> Tests of those free spans whose gap is rounding; if there are none, all: spans that have closed are replaced by line contacts
-   !> before others are.
+   !> Tests of the free spans whose gap is only rounding, or all given tests if there is no such span: spans that have closed are
+   !> replaced by line contacts before the others.
    pure function closed_or_all(problem, closing) result(first)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: closing(:) !! tests of free spans
@@ -128,11 +131,11 @@ contains
       if (size(first) == 0) first = closing
    end function closed_or_all
 
-   !> True if all contacts that a set without free spans gains begin at its onset: the pressure or force of each is zero there, and
-   !> grows. (On a node inside a line contact no force may act at all.) False also if the onset was not located at a zero of a test:
-   !> the set may be valid only behind the closing of another span.
+   !> True if all contacts that a set without free spans gains begin at its onset: at the onset the pressure or force of each
+   !> contact is zero and grows. (On a node inside a line contact no force may act at all.) The result is also false if the onset
+   !> was not located at a zero of a test: the set may become valid only when another span has closed.
    logical function all_begin(next)
-      type(next_set_t), intent(in) :: next            !! the set, its first equilibrium at its onset
+      type(next_set_t), intent(in) :: next            !! the set, whose first equilibrium is its onset
       type(span_test_t), allocatable :: tests(:), later(:)
       associate (first => next%first)
          all_begin = first%times == 1 .and. first%test > 0
@@ -154,8 +157,8 @@ contains
       end function any_of_forces
    end function all_begin
 
-   !> True if the present set is still valid just beyond the onset of another one: both are then valid within the slack of their
-   !> tests, and the end of the present set says where the contact changes.
+   !> True if the present set is still valid just beyond the onset of another set. Both sets are then valid within the slack
+   !> (allowed error) of their tests, and the contact changes only where the present set fails.
    logical function stays_valid(problem, run, onset)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run

@@ -1,6 +1,6 @@
-!> Continues with another contact set: with that which trials found at a located change, or with a neighbour of the present set
-!> where no increment converges or no set was found at a change (contact_trials). If no neighbour is valid, contact at many nodes
-!> gives the set (set_at_nodes).
+!> Continues the path with another contact set. At a located change, trials have found this set. Where they found none, or where no
+!> increment converges, neighbours of the present set are tried: sets that differ from it by one edit (contact_trials). If no
+!> neighbour is valid, contact at many nodes gives the set (set_at_nodes).
 module continuing_with_set
    use kinds, only: wp
    use model, only: step_t
@@ -27,12 +27,14 @@ module continuing_with_set
    private
    public :: find_other_set, begin_located, begin_set
 
-   real(wp), parameter :: nearer_by = 0.8_wp !! factor on the distance to a first equilibrium: its short span follows no much larger
-   !! change of the load. With 0.6 and 0.9 none of 146 decks of the tests changes
+   real(wp), parameter :: nearer_by = 0.8_wp !! factor on the load distance from a change to a set's first equilibrium, if this
+   !! equilibrium must come nearer. The new span is short there, so it follows only small changes of the load. With 0.6 and 0.9 none
+   !! of 146 decks of the tests changes
 
 contains
 
-   !> Searches for another contact set if no increment converges or no set was found at a change, and continues with it.
+   !> Searches for another contact set if no increment converges or no set was found at a change, and continues the path with that
+   !> set.
    subroutine find_other_set(problem, step, run, reach, recorder, changed, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -55,7 +57,8 @@ contains
          call find_set_at_nodes(problem, run, reach, next%first, changed)
          if (changed) changed = .not. lies_before_change(run, next%first%problem, next%first%state)
          if (.not. changed) return
-         ! A value that the deck asks for has no equilibrium with a set that is valid only behind it.
+         ! The deck may ask for a point at a given value. A set that is valid only behind this value has no equilibrium there and is
+         ! not taken.
          call come_before_values(problem, step, run, .false., next%first, passes)
          changed = .not. passes
          if (passes) return
@@ -65,12 +68,12 @@ contains
       if (.not. (finished .or. allocated(outcome%why))) call check_return(problem, step, run, outcome)
    end subroutine find_other_set
 
-   !> Takes a contact that the last point has recorded out of the label of the next set: a change is recorded where it is located,
-   !> also if no set is found there until increments fail.
+   !> Takes a contact out of the label of the next set if the last point has recorded this contact already. A change is recorded
+   !> where it is located, even if its new set is found only later, when increments fail.
    subroutine leave_recorded(problem, run, next)
       type(problem_t), intent(in) :: problem     !! with the present set
       type(path_state_t), intent(in) :: run
-      type(other_set_t), intent(inout) :: next   !! labelled by its differences from the present set
+      type(other_set_t), intent(inout) :: next   !! its label counts the contacts gained or lost against the present set
       integer :: n
       n = size(run%critical_points%list)
       if (n == 0) return
@@ -82,19 +85,19 @@ contains
       end associate
    end subroutine leave_recorded
 
-   !> Continues from the run's point, a recorded change of contact, with the set that trials found there. The path goes on from an
-   !> equilibrium of this set from which increments can be made; this equilibrium is not recorded, and it is moved nearer if a value
-   !> that the deck asks for lies on the way. Where the path leads to it from an equilibrium nearer to the change, the path goes on
-   !> from the nearer one instead, and the other one is the next trial: events between both are then located like those on any
-   !> increment.
+   !> Continues from the run's point, a recorded change of contact, with the set that trials found there. Two equilibria of this set
+   !> are known: `first` is nearest to the change, and increments can be made from `onward`. If one increment leads from `first` to
+   !> `onward`, the run moves to `first`, and `onward` is the next trial: events between the two are then located like those on any
+   !> increment. Otherwise the run goes on from `onward`, which is not recorded. `onward` is moved nearer to the change if a value
+   !> that the deck asks for lies on the way; if the value still lies on the way, `onward` is recorded as a point.
    subroutine begin_located(problem, step, run, test, next, recorder, request, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      type(span_test_t), intent(in) :: test      !! the test that is zero there
+      type(span_test_t), intent(in) :: test      !! the test that is zero at the change
       type(next_set_t), intent(inout) :: next    !! the set, found at the change
       class(recorder_t), intent(inout) :: recorder
-      type(request_t), intent(inout) :: request  !! receives the next trial, if there is one
+      type(request_t), intent(inout) :: request  !! receives `onward` as the next trial, if the run moves to `first`
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       logical :: passes, leads
@@ -110,21 +113,22 @@ contains
          end if
          call replace_set(problem, run, next%onward)
       end if
-      ! Where a line contact has become a point contact, a free span beside it may be in neutral equilibrium, so that its pivot has
-      ! no certain sign; the pivot count with the line contact is kept.
+      ! Where a line contact has become a point contact, a free span beside it may be in neutral equilibrium, so that the sign of
+      ! its pivot is uncertain. The count of negative pivots found with the line contact is therefore kept.
       run%since_change%shrunk = test%kind == test_length
       if (run%since_change%shrunk) run%last%test_values%negative_pivots = pivots
    end subroutine begin_located
 
-   !> Moves the run to the nearest equilibrium of a set, on the mesh of another equilibrium of this set, if the path leads from one
-   !> to the other. Otherwise nothing changes: a contact or free span may begin to grow with a power of the load, and the path then
+   !> Moves the run to a set's equilibrium `first`, on the mesh of its equilibrium `onward`, if one increment leads from `first` to
+   !> `onward`. Otherwise nothing changes: the length of a contact or free span may begin as a power of the load, and the path then
    !> turns too fast for an increment.
    subroutine begin_nearer(problem, step, run, first, onward, request, leads)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      type(other_set_t), intent(in) :: first, onward !! the nearest equilibrium and the other one
-      type(request_t), intent(inout) :: request  !! receives the other one as the next trial
+      type(other_set_t), intent(in) :: first, onward !! equilibria of the set: the nearest to the change, and one further along the
+      !! path
+      type(request_t), intent(inout) :: request  !! receives `onward` as the next trial
       logical, intent(out) :: leads
       type(problem_t) :: on
       type(path_state_t) :: there
@@ -143,14 +147,16 @@ contains
       request%ahead = onward%path_point_t
    end subroutine begin_nearer
 
-   !> Moves the first equilibrium of a set towards the run's point until no value that the deck asks for lies between them.
+   !> Moves the first equilibrium of a set towards the run's point until no value that the deck asks for lies between this
+   !> equilibrium and the run's point.
    subroutine come_before_values(problem, step, run, smooth, first, passes)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
-      logical, intent(in) :: smooth              !! the path has no corner at the run's point
+      logical, intent(in) :: smooth              !! true: the path has no corner at the run's point
       type(other_set_t), intent(inout) :: first       !! with its path tangent
-      logical, intent(out) :: passes             !! true: a value still lies between; the set has no valid equilibrium nearer
+      logical, intent(out) :: passes !! true: a value still lies between them, because the set has no valid equilibrium nearer to
+      !! the run's point
       type(other_set_t) :: nearer
       type(span_test_t), allocatable :: tests(:)
       do
@@ -166,8 +172,9 @@ contains
       end do
    end subroutine come_before_values
 
-   !> Continues with a set found by trials: to its first equilibrium, and from there to a later one at which all its tests are
-   !> satisfied on other meshes, too. If the set begins where a length vanishes, its first equilibrium has no such length.
+   !> Continues with a set found by trials: first to its equilibrium at its onset, then to a later equilibrium, at which all its
+   !> tests are satisfied on other meshes, too. If the set begins where a length vanishes, its first equilibrium is that of the set
+   !> without this length.
    subroutine begin_set(problem, step, run, next, recorder, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -182,13 +189,13 @@ contains
       call go_to_next(problem, step, run, next%onward, recorder, finished, outcome)
    end subroutine begin_set
 
-   !> Moves a set at its onset to the exact place if a length vanishes there. If this place is not found, the onset counts as known
-   !> between two points only.
+   !> Moves a set to the exact place of its onset, the point of the path where it begins, if a length vanishes there. If this place
+   !> is not found, the onset is known only to lie between two points.
    subroutine complete_onset(step, run, first)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
-      type(other_set_t), intent(inout) :: first  !! out: without the length; if its test is no length, unchanged; if the
-      !! place is not found, without test
+      type(other_set_t), intent(inout) :: first !! out: the set without the length; unchanged if its test is not one of a length;
+      !! with test 0 if the place is not found
       type(span_test_t), allocatable :: tests(:)
       type(other_set_t) :: without
       logical :: found

@@ -1,4 +1,4 @@
-!> Moves the run past a change of its contact spans, to the state where the equilibrium with the next set is known.
+!> Moves the run past a change of its contact spans, to a state at which the next set is known to be in equilibrium.
 module entering_contact_set
    use kinds, only: wp
    use model, only: step_t
@@ -45,7 +45,7 @@ contains
       type(arrival_t) :: arrival
       type(request_t) :: request
       logical :: known, done
-      integer :: lost                            ! contacts of nodes that contact spans of the next set hold now
+      integer :: lost                            ! number of contacts of nodes that contact spans replace in the next set
       call copy_problem(problem, before)
       call copy_path_state(run, start)
       known = allocated(next%tangent%u)
@@ -85,11 +85,12 @@ contains
          end if
       end do
       if (finished .or. allocated(outcome%why) .or. known) return
-      ! The path up to this point belongs to another set; its mesh records are discarded.
+      ! The path up to this point belongs to another contact set; records of its meshes are discarded.
       call forget_mesh(run)
    end subroutine go_to_next
 
-   !> Moves a set that is at its onset to its onset on a new mesh, where the test that is zero there is not zero at the same load.
+   !> Moves a set from its onset on the former mesh to its onset on a new mesh: the load at which its test is zero depends on the
+   !> mesh.
    subroutine locate_onset(step, run, next)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
@@ -106,7 +107,7 @@ contains
       call copy_other_set(there, next)
    end subroutine locate_onset
 
-   !> Value of a test of the set.
+   !> Computes the value of the test that is zero at the onset.
    subroutine evaluate(self, set, tests, value, found)
       class(onset_quantity_t), intent(in) :: self
       type(other_set_t), intent(in) :: set
@@ -119,8 +120,8 @@ contains
    end subroutine evaluate
 
    !> True if the place of the change to another set is known: a test of this set is zero there, or its equilibrium has the load
-   !> factor of the run's point, up to the largest error bar that the deck allows. Otherwise the change, and perhaps others, lie
-   !> somewhere between the two.
+   !> factor of the run's point, up to the largest error bar that the deck allows. Otherwise the change, and perhaps other changes,
+   !> lie somewhere between the run's point and this equilibrium.
    pure logical function is_located(problem, step, run, next)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -143,8 +144,9 @@ contains
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
-      type(other_set_t), intent(in) :: next           !! with its path tangent
-      logical, intent(in) :: smooth              !! the path has no corner: limit points and bifurcations count, too
+      type(other_set_t), intent(in) :: next           !! the other set at its known equilibrium, with its path tangent
+      logical, intent(in) :: smooth !! true: the path has no corner at the run's point, so that limit points and bifurcations count,
+      !! too
       type(path_state_t) :: on
       type(event_t), allocatable :: events(:)
       on = on_next_mesh(problem, run, next)
@@ -158,12 +160,11 @@ contains
       passes = size(events) > 0
    end function passes_value
 
-   !> Replaces the contact set at the run's point by another one, and the state and path tangent by those of the known equilibrium
-   !> of the other set.
+   !> Replaces the run's last point, with its contact set, by the known equilibrium of another set and the path tangent there.
    subroutine replace_set(problem, run, next)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
-      type(other_set_t), intent(in) :: next           !! with its path tangent
+      type(other_set_t), intent(in) :: next           !! the other set at its known equilibrium, with its path tangent
       run = on_next_mesh(problem, run, next)
       call copy_problem(next%problem, problem)
       run%last = next%path_point_t

@@ -1,5 +1,6 @@
-!> Changes of the contact spans along a path: the change is located at the zero of a test function, the contact set is changed, the
-!> structure is remeshed, and the path continues in the sense in which the new contact or free span grows. The steps:
+!> Changes of the contact spans along a path: the change is located at the zero of a test, a quantity that is not negative while the
+!> contact set is valid. Then the contact set is changed, the structure is remeshed, and the path continues in the sense in which
+!> the new contact or free span grows. The steps:
 !>
 !>   find_change     the test that is zero first, and where (span_events, span_location)
 !>   close_spans     the set without free spans that vanish there, at its onset (closing_spans, set_onset)
@@ -52,25 +53,26 @@ module span_changes
    private
    public :: check_contact_change
 
-   ! Half and twice each of these values change none of 146 decks of the tests.
-   integer, parameter :: most_doublings = 4 !! meshes tried to determine which contacts change first, each with twice the elements:
-   !! bars of the fourth order fall to 16^-4
-   real(wp), parameter :: widest = 10.0_wp !! width of the next change's error bar over that of the present one, up to which it
-   !! matters
+   ! With half or twice each of these values none of 146 decks of the tests changes.
+   integer, parameter :: most_doublings = 4 !! largest number of finer meshes tried to determine which contact changes first. Each
+   !! has twice the elements of the mesh before it; error bars of the fourth order fall to 16^-4
+   real(wp), parameter :: widest = 10.0_wp !! largest allowed ratio of the next change's error bar to that of the located change:
+   !! tests that become zero within this many bars of the located change are examined
 
 contains
 
-   !> Checks whether the contact set is valid at the end of an increment. If not, the run moves to the first failure and continues
-   !> with the next contact set (request%set_changed), or the request says what is required to find this set.
+   !> Checks whether the contact set is valid at the end of an increment. If not, the run moves to the place where the first test
+   !> fails and continues with the next contact set (request%set_changed), or the request states what is required first: a shorter
+   !> increment or another mesh.
    subroutine check_contact_change(problem, step, run, trial, stuck, tries, recorder, request, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      type(path_point_t), intent(inout) :: trial !! out: its tests of contact spans are known
+      type(path_point_t), intent(inout) :: trial !! out: with the tests of its contact spans
       logical, intent(in) :: stuck  !! true: no increment converges; the trial is the last point, and a change just ahead is sought
-      integer, intent(in) :: tries               !! number of remeshings so far, as in arrival_t
+      integer, intent(in) :: tries               !! number of meshes made so far because of this increment's errors
       class(recorder_t), intent(inout) :: recorder
-      type(request_t), intent(inout) :: request  !! requirements of the trial; none: its set is valid
+      type(request_t), intent(inout) :: request  !! requirements of the trial; none: the contact set is valid at the trial
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(step_interval_t) :: interval
@@ -92,7 +94,7 @@ contains
          call pass_change(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
       else
          if (any_may_fail(trial%span_tests)) then
-            ! The mesh does not show whether these gaps are open.
+            ! A test is satisfied by less than its error: the mesh does not show whether it fails.
             call request_resolving_mesh(problem, run, tries, request, asked)
             if (asked) return
          end if
@@ -106,7 +108,8 @@ contains
          & call check_return(problem, step, run, outcome)
    end subroutine check_contact_change
 
-   !> Looks for a failure before the located change or, if there is none, before the end of the increment, by the slopes of tests.
+   !> Looks for a test that fails inside the increment: before the located change or, if there is none, before the end. The slopes
+   !> of the tests at both ends show it (minima_of_tests).
    subroutine check_inside(problem, step, run, interval, change, request)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -126,7 +129,7 @@ contains
       end if
    end subroutine check_inside
 
-   !> Makes a located change with the set that trials find at its place.
+   !> Passes a located change: trials find the next contact set at its place, and the path continues with this set.
    subroutine pass_change(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -141,9 +144,9 @@ contains
       type(change_place_t) :: here
       type(span_test_t), allocatable :: closing(:)    ! tests of free spans that close
       type(next_set_t) :: next
-      type(other_set_t) :: without                    ! the set without a length that vanishes at the change, at its exact place
+      type(other_set_t) :: without                    ! the set without a length that vanishes, at the exact place of the change
       type(tried_set_t), allocatable :: way(:)        ! other sets with which the path may go on
-      type(state_t), allocatable :: beyond            ! equilibrium of the present set beyond the change, if there is one
+      type(state_t), allocatable :: beyond            ! equilibrium of the present set beyond the change; not allocated: none
       logical :: vanishes, asked
       finished = .false.
       if (change%too_coarse) then
@@ -152,7 +155,7 @@ contains
       end if
       change%label = label_of(problem, change%tests(change%which))
       if (change%label == '  ') then
-         ! Where a free span vanishes other tests fail because of it.
+         ! Where a free span vanishes, other tests may fail only for this reason; the set without the span is therefore tried first.
          closing = [pack(change%zero, change%zero%kind == test_vanishing), about_to_close(problem, interval, .true.)]
          if (size(closing) > 0) call close_spans(problem, step, run, change%point, interval, closing, recorder, request, &
             & finished, outcome)
@@ -196,7 +199,7 @@ contains
       end if
    end subroutine pass_change
 
-   !> Reports a contact change behind which the path has several ways on as a bifurcation, too, and keeps it for branches.
+   !> If the path has several ways on behind a contact change, reports the change as a bifurcation, too, and keeps it for branches.
    subroutine keep_other_ways(problem, run, change, way, recorder, outcome)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run   !! at the change, which is recorded
@@ -252,7 +255,7 @@ contains
       gains = any([(count(other%contact == other(k)%contact) > count(one%contact == other(k)%contact), k=1, size(other))])
    end function gains_contact
 
-   !> Label of a change if the kind of its test determines the label.
+   !> Label of a change (C+, C-) if the kind of its test determines the label; else empty.
    pure character(2) function label_of(problem, test) result(label)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: test      !! the test that is zero
@@ -281,7 +284,7 @@ contains
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(step_interval_t), intent(in) :: interval
-      integer, intent(in) :: tries               !! number of remeshings so far, as in arrival_t
+      integer, intent(in) :: tries               !! number of meshes made so far because of this increment's errors
       type(change_t), intent(inout) :: change
       class(recorder_t), intent(inout) :: recorder
       type(request_t), intent(inout) :: request  !! set_changed: the change is recorded
@@ -292,7 +295,8 @@ contains
       logical :: asked
       finished = .false.
       increment = run%control%increment
-      ! For a place beyond the increment, events on the way are located by fractions of the distance to this place.
+      ! Under load control the increment is extended to a change beyond its end, because events are located by fractions of the
+      ! increment.
       if (change%where == place_ahead .and. run%control%method == method_load) &
          & run%control%increment = change%point%state%load_factor - run%last%state%load_factor
       if (.not. allocated(change%bars)) then
@@ -308,7 +312,7 @@ contains
          run%control%increment = increment
          if (asked) return
       end if
-      ! Of two changes at the same point the first has recorded the point already; a change without label needs no other record.
+      ! The run's point is recorded already. A second change at this point needs no other record if it has no label.
       if (.not. (change%where == place_here .and. change%label == '  ')) then
          arrival%report = change%report
          arrival%can_cut = .not. interval%stuck
@@ -339,11 +343,11 @@ contains
       end if
    end subroutine record_change
 
-   !> Requests a mesh twice as fine, which may resolve what the present one leaves undecided.
+   !> Requests a mesh twice as fine, on which tests may be decided that the present mesh leaves open.
    subroutine request_resolving_mesh(problem, run, tries, request, asked)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      integer, intent(in) :: tries               !! number of remeshings so far, as in arrival_t
+      integer, intent(in) :: tries               !! number of meshes made so far because of this increment's errors
       type(request_t), intent(inout) :: request
       logical, intent(out) :: asked              !! false: no such mesh is allowed
       asked = tries < most_doublings

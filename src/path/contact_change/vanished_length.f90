@@ -1,8 +1,9 @@
 !> Places of changes at which a length vanishes: the free span between a line contact and a segment boundary of its rod, or between
 !> two line contacts on both sides of the boundary; a line contact at a support on the obstacle. The length becomes too short for a
 !> mesh before it vanishes, so the place is found with the set without this length. Where ends of contacts arrive at a boundary, the
-!> boundary is fixed to the obstacle and the fixing couple is zero (the fixing force if two ends arrive and no couple acts); where
-!> contact is lost at a support, the relative curvature or slope of the rod at the support is zero.
+!> boundary node is fixed to the obstacle by a couple, and this couple is zero at the change. (If two ends arrive and no couple
+!> acts, the fixing force is zero.) Where contact is lost at a support, the curvature or slope of the rod relative to the obstacle
+!> is zero at the support.
 module vanished_length
    use kinds, only: wp
    use problem, only: problem_t
@@ -35,10 +36,11 @@ contains
    subroutine find_vanished(problem, state, test, step, tolerance, next, found)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! equilibrium of `problem`
-      type(span_test_t), intent(in) :: test      !! its test of the length: of kind test_length or test_boundary_span
-      real(wp), intent(in) :: step               !! first step of the load factor; it is given, and shows no convergence
-      real(wp), intent(in) :: tolerance          !! largest last step of the load factor / load factor
-      type(other_set_t), intent(out) :: next          !! the set without the length; its test is the one that is zero
+      type(span_test_t), intent(in) :: test      !! test of the length that vanishes, of kind test_length or test_boundary_span
+      real(wp), intent(in) :: step !! first step of the load factor in the secant method; it is prescribed, so a small one does not
+      !! show convergence
+      real(wp), intent(in) :: tolerance          !! largest last step of the secant method, as a share of the load factor
+      type(other_set_t), intent(out) :: next          !! the set without the length, with the index of the test that is zero
       logical, intent(out) :: found              !! false: no such length, or no such equilibrium
       type(vanished_t) :: vanished
       type(span_test_t), allocatable :: tests(:)
@@ -65,7 +67,7 @@ contains
       if (tests(number)%kind == test_couple) value = breakpoint_couple(set%problem, set%state, self%candidate)
    end subroutine evaluate
 
-   !> Number of the test that is zero at the change: of several at the support, the one nearest to zero.
+   !> Index of the test that is zero at the change; of several tests at the support, the one nearest to zero.
    integer function number_of(self, set, tests) result(number)
       class(vanished_t), intent(in) :: self
       type(other_set_t), intent(in) :: set
@@ -124,13 +126,13 @@ contains
       c = next%problem%contact_span(k)%candidate(side)
    end subroutine set_without
 
-   !> Moves the end of a line contact to the boundary of its rod segment, and the end of a line contact that arrives at the boundary
-   !> from the other side.
+   !> Moves the end of a line contact to the boundary of its rod segment. If another line contact arrives at this boundary from the
+   !> other side, its end is moved there, too.
    subroutine bring_to_boundary(problem, k, side, set, meets)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: k, side             !! line contact and its end
+      integer, intent(in) :: k, side             !! index of the line contact in `set`, and its end: 1 first, 2 last
       type(contact_span_t), allocatable, intent(inout) :: set(:)
-      logical, intent(out) :: meets              !! true: another line contact arrives
+      logical, intent(out) :: meets              !! true: another line contact arrives from the other side
       integer :: other, rod_segment
       set = end_moved(set, k, side, merge(0.0_wp, problem%layout%rod_segment(set(k)%rod_segment)%length, side == 1))
       rod_segment = beyond(problem, k, merge(-1, 1, side == 1))

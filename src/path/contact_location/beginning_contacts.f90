@@ -21,13 +21,13 @@ module beginning_contacts
 contains
 
    !> Adds a point contact at the place of each gap of a free span that is zero, and finds the equilibrium in which the force of the
-   !> first one is zero.
+   !> first new contact is zero.
    subroutine begin_contacts(problem, state, begins, last, next, found)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! of `problem`, at the zero of the gaps
       type(span_test_t), intent(inout) :: begins(:) !! tests of the gaps; out: at the places of the new contacts
       integer, intent(in) :: last                !! last number given to a contact span
-      type(other_set_t), intent(out) :: next  !! the new set, with tangent not known; its last contact spans are the new ones
+      type(other_set_t), intent(out) :: next !! the set with the new contacts, without path tangent; the new contact spans come last
       logical, intent(out) :: found              !! false: no force-free equilibrium near this state
       type(contact_span_t) :: new(size(begins))
       integer :: k, c
@@ -49,7 +49,7 @@ contains
       type(other_set_t), intent(inout) :: next  !! unchanged if there is no such equilibrium
       integer, intent(in) :: number              !! number of the contact span
       logical, intent(out) :: found              !! false: no equilibrium near the state
-      integer, parameter :: most_steps = 8 ! Newton steps, which converge quadratically; more let a force-free point contact drift
+      integer, parameter :: most_steps = 8 ! Newton steps converge quadratically; with more steps a force-free point contact drifts
       type(control_t) :: control
       type(increment_t) :: report
       type(other_set_t) :: free
@@ -62,7 +62,7 @@ contains
       call copy_other_set(next, free)
       control%method = method_load
       control%increment = 0.0_wp
-      ! Rounding of the residual is measured by the load, because the increment may be arbitrarily small.
+      ! The rounding error of the residual is judged relative to the load, because the increment may be arbitrarily small.
       control%whole = next%state%load_factor
       do try = 1, most_steps
          base = free%state
@@ -81,8 +81,8 @@ contains
       if (found) call copy_other_set(free, next)
    end subroutine release
 
-   !> Position along the rod segment where a contact begins: the place of the gap, or a segment boundary that allows rolling if it
-   !> is closer than `closed_share`.
+   !> Position along the rod segment where a contact begins: the place of the gap, or a segment boundary closer to it than
+   !> `closed_share` of the segment. The boundary is taken only if a point contact can roll past it along a smooth rod.
    pure real(wp) function place_or_boundary(problem, test) result(at)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: test
@@ -96,7 +96,7 @@ contains
       end associate
    end function place_or_boundary
 
-   !> Candidate at the beginning of a contact span; 0: this candidate belongs to another contact span.
+   !> Candidate (node) at the beginning of the contact span with a given number; 0: the candidate belongs to another contact span.
    pure integer function candidate_of(problem, number) result(c)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: number

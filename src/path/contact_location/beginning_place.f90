@@ -1,4 +1,5 @@
-!> Place of a change at which a gap closes: it is located once more with the new contact, whose node is as accurate as nodal values.
+!> Place of a change at which a gap closes. The place is located once more with a node at the new contact, because nodal values are
+!> more accurate than gaps inside elements.
 module beginning_place
    use kinds, only: wp
    use model, only: step_t, method_load
@@ -32,7 +33,7 @@ contains
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(step_interval_t), intent(in) :: interval
-      type(change_t), intent(inout) :: change    !! in: of kind change_located, its first zero test is a gap
+      type(change_t), intent(inout) :: change    !! in: a located change, of which the first zero test is a gap
       real(wp) :: tau
       if (.not. on_other_obstacle(present_contact_spans(problem, change%point%state), change%zero(1))) &
          & call begin_sharply(problem, step, run, interval, change)
@@ -42,8 +43,8 @@ contains
       end associate
    end subroutine complete_beginning
 
-   !> Improves the place where contact begins: the gap inside a free span is only as accurate as the element polynomials. With a
-   !> node at the new contact the place is as accurate as nodal values.
+   !> Improves the place where contact begins: the gap inside a free span has only the accuracy of the element polynomials; with a
+   !> node at the new contact the place has that of nodal values.
    subroutine begin_sharply(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step

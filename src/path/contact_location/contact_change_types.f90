@@ -17,10 +17,10 @@ module contact_change_types
    public :: place_within, place_here, place_ahead
 
    ! Kinds of the first change on an increment, and how each is located:
-   integer, parameter :: change_none = 0    !! none: the set is valid up to the end
+   integer, parameter :: change_none = 0    !! none: the set is valid up to the end of the increment
    integer, parameter :: change_missed = 1  !! a test fails at the end, but its zero was not found
-   integer, parameter :: change_located = 2 !! a test is zero; trials give the next set (contact_trials): located by a
-   !! bracket, or at an osculating contact by Newton's method with prescribed relative curvature (osculating_contacts)
+   integer, parameter :: change_located = 2 !! the zero of a test was found by a bracket, or for an osculating contact by Newton's
+   !! method with prescribed relative curvature (osculating_contacts); trials then give the next set (contact_trials)
    ! Places of a change.
    integer, parameter :: place_within = 0   !! the change is on the increment
    integer, parameter :: place_here = 1     !! the change is at the run's point
@@ -28,7 +28,7 @@ module contact_change_types
 
    !> The examined increment, with the contact tests at its ends.
    type :: step_interval_t
-      type(state_t) :: from  !! beginning of the increment; if no increment converges: beginning of the last converged one
+      type(state_t) :: from  !! beginning of the increment; if no increment converges: beginning of the last converged increment
       type(path_point_t) :: to                    !! end of the increment
       logical :: stuck = .false.                  !! true: no increment converges from the end, which is the run's point
       integer :: pivots = 0                       !! number of negative pivots at the end
@@ -42,16 +42,18 @@ module contact_change_types
       integer :: where = place_within
       integer :: which = 0                        !! index of the test that is zero; 0: none
       type(span_test_t), allocatable :: tests(:)  !! contact tests at the place of the change
-      logical :: too_coarse = .false. !! contact begins, and with nodes at the new contacts another gap is closed already: the mesh
-      !! does not show which contact begins first
-      type(span_test_t), allocatable :: zero(:) !! the tests that are zero there, the located one first, see zero_tests
+      logical :: too_coarse = .false. !! true: contact begins, but on a mesh with nodes at the new contacts another gap is closed
+      !! already; the run's mesh does not show which contact begins first
+      type(span_test_t), allocatable :: zero(:) !! the tests that are zero at the change; the test by which it was located comes
+      !! first
       character(2) :: label = '  '                !! contact gained (C+) or lost (C-), empty if neither
       logical :: divides = .false.                !! a part of the lost contact remains on both sides
-      real(wp), allocatable :: since !! load factor at which the force of the test was zero, before the run's point: it has lifted
-      !! only a negligible length so far, and counts as zero; not allocated: the test is zero at the place
+      real(wp), allocatable :: since !! load factor before the run's point at which the contact force of the test was zero. Since
+      !! then the force has lifted only a negligible length of rod, and counts as zero; not allocated: the test is zero at the
+      !! change itself
       type(path_point_t) :: point                 !! place of the change, with the present set
-      type(increment_t) :: report                 !! corrector's report at the place
-      type(error_bars_t), allocatable :: bars     !! error bars of the place, if known
+      type(increment_t) :: report                 !! report of Newton's method at the place of the change
+      type(error_bars_t), allocatable :: bars     !! error bars of the change; not allocated: unknown
    end type change_t
 
 contains
@@ -60,7 +62,7 @@ contains
    function new_interval(problem, run, trial, stuck) result(interval)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(path_point_t), intent(in) :: trial     !! its tests are known
+      type(path_point_t), intent(in) :: trial     !! with its contact tests
       logical, intent(in) :: stuck                !! true: the trial is the run's last point
       type(step_interval_t) :: interval
       interval%to = trial

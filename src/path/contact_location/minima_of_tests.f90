@@ -2,8 +2,8 @@
 !> zero and then positive again: while the contact set is unchanged both are smooth along the path, and the cubic with the values
 !> and slopes at both ends shows the minimum. The least pressure of a line contact may be at another place in between, so that no
 !> cubic of its values is good; the pressure is evaluated in the middle, at the state of the cubic through both ends of the
-!> increment. A touchdown point may also move further than its slopes at both ends allow: contact
-!> was lost at one place and gained at another, with the same contact set at both ends.
+!> increment. A touchdown point may also move further than its slopes at both ends allow: contact was then lost at one place and
+!> gained at another, although the contact set is the same at both ends.
 module minima_of_tests
    use kinds, only: wp
    use model, only: step_t
@@ -25,19 +25,21 @@ module minima_of_tests
    private
    public :: check_between, note_slopes, least_of_cubic
 
-   ! Half and twice each of these values change none of 146 decks of the tests.
+   ! With half or twice each of these values none of 146 decks of the tests changes.
    real(wp), parameter :: least_dip = 1.0e-3_wp !! least depth below zero of the cubic's minimum, as a share of the larger end
    !! value: six times the error of the cubic, h^4/384, for a test that turns by the largest angle h of an increment, 0.5
-   integer, parameter :: most_closer = 5 !! halvings after which a failing test is taken to have a discontinuous slope: from a
-   !! smooth test its parabola then differs by a thousandth of what it did (4^-5)
+   integer, parameter :: most_closer = 5 !! largest number of halvings of an increment because of this check; a test that still
+   !! fails it is taken to have a discontinuous slope. Halving five times reduces the difference between a smooth test and its
+   !! parabola to a thousandth (4^-5)
    real(wp), parameter :: least_jump = 1.0e-2_wp !! least move of a touchdown point that may be a jump, as a share of its rod
-   !! segment: contact that is lost and gained at places nearer than that counts as one contact that moves
-   real(wp), parameter :: outside = 0.5_wp !! share of the larger end slope by which the mean slope may lie outside both: the
-   !! cubic with these slopes then has in the middle a slope that differs by 3/4 of the larger one from the mean of both
+   !! segment: contact that is lost at one place and gained less far away counts as one contact that moves
+   real(wp), parameter :: outside = 0.5_wp !! largest amount by which the mean slope may lie outside the range of the two end
+   !! slopes, as a share of the larger end slope: the cubic with these slopes then has in the middle a slope that differs by 3/4 of
+   !! the larger one from the mean of both
 
 contains
 
-   !> Detects a failure inside an increment at whose end the tests pass, by the slopes at both ends.
+   !> Detects a test that fails inside an increment although all tests pass at its end. The slopes at both ends show such a test.
    subroutine check_between(problem, step, run, interval, which, shorter)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -57,7 +59,7 @@ contains
             if (.not. shorter) shorter = pulls_between(problem, run%last, interval, length)
          end if
       end if
-      ! Tests whose slope is discontinuous there fail this check however short the increment is.
+      ! A test whose slope is discontinuous inside the increment fails this check however short the increment is.
       if (shorter) run%slopes%closer = run%slopes%closer + 1
       run%slopes%rough = run%slopes%rough .or. run%slopes%closer > most_closer
       shorter = shorter .and. .not. run%slopes%rough .and. .not. too_short(step, run%control, 0.5_wp)
@@ -95,7 +97,7 @@ contains
       last = run_span_tests(problem, ahead, scale, only=0)
       where (tests%kind == test_force) slope(:size(tests)) = last%value - first%value
       do k = 1, size(tests)
-         ! Where the gap is least it does not change with the place.
+         ! The place is that of the least gap, where a small shift along the rod does not change the gap.
          if (tests(k)%kind == test_gap) slope(k) = (gap_at(problem, ahead, tests(k)%contact, tests(k)%rod_segment, tests(k)%at) - &
             & gap_at(problem, here, tests(k)%contact, tests(k)%rod_segment, tests(k)%at)) / problem%size
       end do
@@ -151,12 +153,13 @@ contains
       end do
    end function jumps
 
-   !> True if the force of a point contact is compressive at both ends of an increment, or a gap is open, but not in between.
+   !> True if a point contact has a compressive force at both ends of an increment, but not everywhere between them; likewise if a
+   !> gap is open at both ends, but not between them.
    pure logical function dips(problem, interval, slope, length, which)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(in) :: interval
       integer, intent(in) :: which                !! index of the test that is zero at the interval's end; 0: none
-      real(wp), intent(in) :: slope(:, :)         !! (tests, ends)
+      real(wp), intent(in) :: slope(:, :)         !! (tests, ends of the increment) slopes from slopes_at
       real(wp), intent(in) :: length              !! path length of the increment
       integer :: k
       dips = .false.
@@ -167,7 +170,8 @@ contains
             if (after%kind == test_force) then
                if (.not. problem%candidates%moves(after%candidate)) cycle
             else
-               ! Beside a contact that moves along the rod the place of the least gap moves along; it has no slope of its own.
+               ! Beside a contact that moves along the rod, the place of the least gap moves with the contact, so that the slope
+               ! there says nothing about a minimum in between.
                if (slope(k, 1) >= 0.0_wp .or. slope(k, 2) <= 0.0_wp) cycle
             end if
             if (before%value <= test_slack(after%kind)) cycle

@@ -1,5 +1,6 @@
-!> Equilibria with an osculating contact, that is, a point contact with the curvature of its obstacle. Such a contact occurs where a
-!> point contact becomes a line contact or divides, a line contact has become a point, or two points merge.
+!> Equilibria with an osculating contact, that is, a point contact at which the rod has the curvature of its obstacle. The contact
+!> osculates where a point contact becomes a line contact or divides, where a line contact has become a point, or where two points
+!> merge.
 module osculating_contacts
    use kinds, only: wp
    use problem, only: problem_t, copy_problem
@@ -17,15 +18,15 @@ module osculating_contacts
 
 contains
 
-   !> Locates an osculating contact. At osculation the equation of a touchdown point, least gap, is singular. The node therefore
-   !> follows the obstacle's direction, like the end of a line contact, its position is given by continuity of the moment, and the
-   !> relative curvature is prescribed. Other points that become osculating nearby, for instance mirror images, are treated
+   !> Locates an osculating contact. At osculation the equation that places a touchdown point, least gap, is singular. It is
+   !> replaced: the node follows the obstacle's direction, like the end of a line contact; continuity of the moment gives its place;
+   !> and the relative curvature is prescribed. Other points that become osculating nearby, for instance mirror images, are treated
    !> likewise.
    subroutine find_osculating_contact(problem, candidate, too, place, residual, found)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
-      integer, intent(in) :: too(:)              !! candidates of the other points
-      type(state_t), intent(inout) :: place      !! a nearby state on entry
+      integer, intent(in) :: too(:)              !! candidates of the other points that become osculating nearby
+      type(state_t), intent(inout) :: place      !! in: a nearby state; out: the equilibrium, if found
       real(wp), intent(out) :: residual          !! relative residual of these equations
       logical, intent(out) :: found
       type(problem_t) :: turning
@@ -69,12 +70,13 @@ contains
    end function acts_at_node
 
    !> Finds the equilibrium in which the point contact with the least relative curvature may have negative relative curvature, for
-   !> instance if it becomes a line earlier on another mesh: its node follows the obstacle's direction.
+   !> instance if the contact becomes a line earlier on another mesh. The node of this contact then follows the obstacle's
+   !> direction.
    subroutine turn_at_least_curvature(problem, from, control, state, found)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: from          !! origin of `control`
+      type(state_t), intent(in) :: from          !! state from which the increment of `control` is counted
       type(control_t), intent(in) :: control
-      type(state_t), intent(inout) :: state      !! a guess on entry
+      type(state_t), intent(inout) :: state      !! in: a guess; out: the equilibrium, if found
       logical, intent(out) :: found
       type(problem_t) :: turning
       type(increment_t) :: report

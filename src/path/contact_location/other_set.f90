@@ -1,5 +1,5 @@
-!> Another contact set with its equilibrium: transferred from a state of the present set and solved at any load factor. The run can
-!> be put on the mesh of such a set.
+!> Another contact set with its equilibrium. The first guess is transferred from a state of the present set; the equilibrium can be
+!> found at any load factor. The run can be put on the mesh of such a set.
 module other_set
    use kinds, only: wp, parallel
    use model, only: method_load
@@ -37,18 +37,19 @@ module other_set
 
 contains
 
-   !> Copies such a point; a procedure for the reason given at copy_problem.
+   !> Copies such a point. A procedure, because the compiler would expand the copies of all components at each assignment.
    pure subroutine copy_other_set(from, to)
       type(other_set_t), intent(in) :: from
       type(other_set_t), intent(inout) :: to
       to = from
    end subroutine copy_other_set
 
-   !> Another contact set, not in equilibrium yet.
+   !> Makes the data of another contact set, which is not in equilibrium yet.
    function new_other_set(problem, state, contact_span) result(next)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state          !! state of `problem`, the first guess
-      type(contact_span_t), intent(in) :: contact_span(:) !! contact spans of the other set, with ends as in the state
+      type(contact_span_t), intent(in) :: contact_span(:) !! contact spans of the other set, with ends at the places that they have
+      !! in `state`
       type(other_set_t) :: next
       next%problem = new_span_problem(problem, contact_span)
       next%state = carried(problem, state, next%problem)
@@ -108,8 +109,8 @@ contains
       end subroutine solve_with
    end subroutine find_equilibrium
 
-   !> Moves the next set to another load factor, factors its system there and runs its tests. Without an equilibrium the state is
-   !> unchanged and `tests` is not allocated.
+   !> Moves the next set to another load factor, factors its system there and runs its tests. If no equilibrium is found, the state
+   !> is unchanged and `tests` is not allocated.
    subroutine go_to_load(next, load, tests)
       type(other_set_t), intent(inout) :: next
       real(wp), intent(in) :: load
@@ -129,7 +130,7 @@ contains
       end if
    end subroutine go_to_load
 
-   !> Tests of the set at its equilibrium.
+   !> Tests of the other set at its equilibrium.
    function tests_of(next) result(tests)
       type(other_set_t), intent(in) :: next
       type(span_test_t), allocatable :: tests(:)
@@ -154,7 +155,7 @@ contains
       on%last = point_at(next%problem, state)
       associate (here => on%last)
          rise = next%state%load_factor - here%state%load_factor
-         ! A chord between two meshes may be shorter than their difference, so a known tangent comes first.
+         ! The chord between states on two meshes may be shorter than the difference of the meshes, so a known tangent is preferred.
          if (allocated(next%tangent%u)) then
             here%tangent = next%tangent
          else if (is_there(on, next)) then
@@ -168,8 +169,8 @@ contains
       end associate
    end function on_next_mesh
 
-   !> True if the run's point and the next set's state have the same load within the rounding of a few operations, as in
-   !> rounding_gap: they are one equilibrium on two meshes.
+   !> True if the run's point and the next set's state have the same load within the rounding of a few operations: the two are one
+   !> equilibrium on two meshes.
    pure logical function is_there(run, next)
       type(path_state_t), intent(in) :: run
       type(other_set_t), intent(in) :: next

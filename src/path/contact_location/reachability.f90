@@ -1,4 +1,4 @@
-!> Reachability of an equilibrium: whether it is ahead on the path, and the path's direction there.
+!> Reachability of an equilibrium: whether it lies ahead on the run's path, and in which direction the path arrives at it.
 module reachability
    use kinds, only: wp
    use problem, only: problem_t
@@ -16,8 +16,8 @@ module reachability
 
 contains
 
-   !> True if the load passes a limit point on an increment. A change of contact that is located with the load or the curvature
-   !> prescribed may then lie behind this limit point, which would not be recorded.
+   !> True if the load passes a limit point on an increment. If a change of contact is located with the load or the curvature
+   !> prescribed, it may lie beyond this limit point, and the limit point would not be recorded.
    pure logical function turns(run, interval)
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
@@ -25,7 +25,8 @@ contains
    end function turns
 
    !> Direction of the path at a point: the path tangent there, or the chord from the last accepted point if this tangent does not
-   !> continue the path. The chord is needed where the tangent stiffness is singular, so that its solution is a null vector.
+   !> continue the path. The chord is needed where the tangent stiffness is singular: the computed tangent is then a null vector,
+   !> not the direction of the path.
    function arrival(problem, run, point) result(heading)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -36,13 +37,14 @@ contains
       if (path_length(problem, run%last%state, point%state) > 0.0_wp) heading = chord(problem, run%last%state, point%state)
    end function arrival
 
-   !> True if an equilibrium is ahead on the same path; Newton's method may find one on another path or behind a limit point. The
-   !> tangent at the equilibrium may be undetermined, so the chord is compared with the path's direction and rate of the load.
+   !> True if an equilibrium is ahead on the same path; Newton's method may have found an equilibrium on another path or behind a
+   !> limit point. The tangent at the equilibrium may be undetermined, so the chord to the equilibrium, with the load rate of the
+   !> path, takes its place in the comparison with the path's direction.
    logical function leads_to(problem, from, heading, fresh, place) result(leads)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, place
       type(path_tangent_t), intent(in) :: heading      !! path tangent at `from`
-      logical, intent(in) :: fresh                !! true: `from` is an unloaded start, see relate
+      logical, intent(in) :: fresh                !! true: `from` is an unloaded start, where the path has no previous direction
       type(path_tangent_t) :: there
       leads = .not. path_length(problem, from, place) > 0.0_wp
       if (leads) return
@@ -52,7 +54,7 @@ contains
          & from%load_factor)))
    end function leads_to
 
-   !> leads_to for an equilibrium with another contact set, from the run's point.
+   !> True if an equilibrium with another contact set lies ahead of the run's point on the same path (see leads_to).
    logical function leads_to_next(problem, run, next) result(leads)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run

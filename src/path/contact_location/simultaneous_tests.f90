@@ -1,4 +1,5 @@
-!> Tests of contact spans that become zero at one point of the path, for instance those of mirror images, or soon after each other.
+!> Tests of contact spans that become zero at one point of the path, for instance tests of mirror images, or become zero soon after
+!> each other.
 module simultaneous_tests
    use kinds, only: wp
    use problem, only: problem_t
@@ -10,14 +11,15 @@ module simultaneous_tests
 
 contains
 
-   !> Tests that are zero at one point of the path: the known ones and others. Of gaps that belong to one contact there is one. No
-   !> contact begins in a free span whose largest gap is zero, too: that span lies down, and its gap need not grow if it does not.
+   !> Tests that are zero at one point of the path: the known tests, then others. Of several gaps that belong to one contact only
+   !> one is kept. The gap of a free span is left out if the largest gap of this span is zero, too: the whole span comes into
+   !> contact, and if it does not, its gap need not grow.
    pure function zero_tests(problem, tests, which, falling, known) result(zero)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: tests(:)    !! all tests at the point
       integer, intent(in) :: which                 !! index of the located test
       logical, intent(in) :: falling(:)            !! (tests) the test decreases along the path
-      type(span_test_t), intent(in) :: known(:)    !! the located test first
+      type(span_test_t), intent(in) :: known(:)    !! tests known to be zero there, the located test first
       type(span_test_t), allocatable :: zero(:), other(:), closed(:)
       logical :: too(size(tests))
       integer :: k, i
@@ -38,8 +40,8 @@ contains
    !> Tests that become zero soon after a located change, because another contact begins or ends there.
    pure function coming_next(tests, which, fall, reach) result(next)
       type(span_test_t), intent(in) :: tests(:)    !! tests at the change's place
-      integer, intent(in) :: which                 !! index of the zero test
-      real(wp), intent(in) :: fall(:)              !! (tests) decrease of each over an increment
+      integer, intent(in) :: which                 !! index of the test that is zero at the change
+      real(wp), intent(in) :: fall(:)              !! (tests) decrease of each test over the increment
       real(wp), intent(in) :: reach                !! search distance as a share of the increment
       integer, allocatable :: next(:)
       integer :: k
@@ -69,14 +71,14 @@ contains
       end associate
    end function one_contact
 
-   !> True if a gap is that of a free span with a test of its largest gap.
+   !> True if a gap test and a test of the largest gap (test_vanishing) belong to the same free span.
    pure logical function is_inside(gap, vanishing)
       type(span_test_t), intent(in) :: gap, vanishing
       is_inside = gap%contact == vanishing%contact .and. all(gap%element == vanishing%element)
    end function is_inside
 
-   !> (tests) true: the test is zero at the same point of the path as the located one. The located test is accurate to its own value
-   !> there, the others to a few times this value.
+   !> (tests) true: the test is zero at the same point of the path as the located one. The value of the located test shows how
+   !> accurate the point is; the other tests may differ from zero by a few times this value.
    pure function at_zero(tests, which)
       type(span_test_t), intent(in) :: tests(:)
       integer, intent(in) :: which

@@ -1,4 +1,5 @@
-!> First failure of the contact spans on an increment: the first zero of a test function.
+!> First change of the contact spans on an increment: the first zero of a test, a quantity that is not negative while the contact
+!> set is valid.
 module span_events
    use kinds, only: wp
    use model, only: step_t
@@ -19,12 +20,13 @@ module span_events
 
 contains
 
-   !> Finds the first contact change on an increment or just beyond its end: kind, place, and properties that only the next set has.
+   !> Finds the first contact change on an increment or just beyond its end: its kind, its place, all tests that are zero there and,
+   !> where a gap closes, the contact that begins.
    subroutine find_change(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      type(step_interval_t), intent(inout) :: interval      !! shortened if a change is located before others
+      type(step_interval_t), intent(inout) :: interval      !! out: ends at a located change if another test fails before it
       type(change_t), intent(out) :: change
       call find_first(problem, step, run, interval, change)
       if (change%kind /= change_located) return
@@ -35,13 +37,13 @@ contains
       if (change%zero(1)%kind == test_gap) call complete_beginning(problem, step, run, interval, change)
    end subroutine find_change
 
-   !> Finds the first contact change and its place. If another test fails at the place of a located change, the zero of the failing
-   !> test is earlier and is located next.
+   !> Finds the first contact change and its place. If another test already fails at the place of a located change, this test was
+   !> zero earlier, and its zero is located next.
    subroutine find_first(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      type(step_interval_t), intent(inout) :: interval      !! shortened if a change is located before others
+      type(step_interval_t), intent(inout) :: interval      !! out: ends at a located change if another test fails before it
       type(change_t), intent(out) :: change
       integer :: round
       logical :: fails
@@ -65,7 +67,8 @@ contains
       change%kind = change_missed
    end subroutine find_first
 
-   !> Looks for a point contact that is about to become osculating, because no increment may converge at this place.
+   !> Looks for a point contact that is about to osculate, that is, to have the curvature of its obstacle: increments may not
+   !> converge there.
    subroutine find_osculation_ahead(problem, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
@@ -77,7 +80,7 @@ contains
          associate (before => interval%before(k), after => interval%after(k))
             if (after%kind /= test_curvature) cycle
             if (.not. problem%candidates%rolls(after%candidate)) cycle
-            ! Beside a closed span the place of a point contact is undetermined.
+            ! Beside a free span that has closed, the place of a point contact is undetermined.
             if (any(interval%after%kind == test_vanishing .and. interval%after%value * problem%size <= rounding_gap(problem) .and. &
                & (interval%after%beside(1) == after%contact_span .or. interval%after%beside(2) == after%contact_span))) cycle
             if (after%value <= 0.0_wp .or. after%value > largest_growth * (before%value - after%value)) cycle
@@ -92,8 +95,8 @@ contains
    end subroutine find_osculation_ahead
 
    !> Corrects gap tests at the beginning of an increment. A free span that penetrates at the end may have had its least gap
-   !> elsewhere at the beginning, for instance where it just opened; no contact begins there, and the gap at the place of the later
-   !> penetration counts.
+   !> elsewhere at the beginning, for instance where it just opened; no contact begins at that place. The gap at the place of the
+   !> later penetration is then used for the beginning, too.
    subroutine correct_gaps_before(problem, interval)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(inout) :: interval

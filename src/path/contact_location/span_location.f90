@@ -26,8 +26,9 @@ module span_location
 
 contains
 
-   !> Locates the zero of the test `change%which` on the interval, whose ends enclose it. The tolerance (LOCATE of *CONTROLS) is one
-   !> of the test's value, as a share of its larger value at the ends, not one of the load.
+   !> Locates the zero of the test `change%which` on the interval, whose ends enclose it. The tolerance (LOCATE of *CONTROLS) limits
+   !> the test's value at the located place, as a share of the larger of its values at the ends; it does not limit the error of the
+   !> load.
    subroutine locate_test_zero(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -41,8 +42,8 @@ contains
          change%where = place_within
          tolerance = 0.5_wp * step%locate_tolerance * max(before%value, -after%value)
          if (before%value <= tolerance) then
-            ! A test of a contact that just began is about zero here, but increases; its zero is further on, and is not located on
-            ! this increment.
+            ! The test of a contact that just began is about zero at the run's point, but increases. Its zero lies further on the
+            ! increment and is not located on this one.
             if (before%value >= -tolerance .and. grows(problem, run, interval, change%which, tolerance)) then
                change%kind = change_missed
                return
@@ -63,9 +64,9 @@ contains
       end associate
    end subroutine locate_test_zero
 
-   !> Finds the load at which the force on a node inside a line contact was zero, if that was before the run's point. Since then
-   !> the force pulls, but lifts only a negligible length, so that the test counts as zero (see point_tests). The force is taken as
-   !> linear in the load.
+   !> Finds the load at which the force on a node inside a line contact was zero, if this load lies before the run's point. Since
+   !> then the force pulls, but it lifts only a negligible length of rod, so that the test at the run's point counts as zero. The
+   !> force is taken as linear in the load.
    subroutine find_earlier_zero(problem, run, interval, test, since)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -81,8 +82,7 @@ contains
       since = run%last%state%load_factor - here / (ahead - here) * (interval%to%state%load_factor - run%last%state%load_factor)
    end subroutine find_earlier_zero
 
-   !> True if the test increases from the present point by more than the tolerance over the increment, by its slope at the present
-   !> point.
+   !> True if a test increases by more than the tolerance over the increment, extrapolated with its slope at the run's point.
    logical function grows(problem, run, interval, which, tolerance)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -101,13 +101,13 @@ contains
          & tolerance * path_length(problem, beside(1), beside(2))
    end function grows
 
-   !> Locates an osculating contact by Newton's method: on the increment, or beyond its end if the relative curvature is not yet
-   !> zero.
+   !> Locates by Newton's method the place where a point contact osculates, that is, where the curvature of the rod relative to the
+   !> obstacle is zero. The place is on the increment, or beyond its end if the relative curvature is not yet zero at the end.
    subroutine locate_osculation(problem, run, interval, change, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
-      type(change_t), intent(inout) :: change     !! unchanged except for its test if nothing is found
+      type(change_t), intent(inout) :: change     !! out: the located change; unchanged if nothing is found
       logical, intent(out) :: found
       type(path_point_t) :: point
       type(state_t) :: place
@@ -121,7 +121,7 @@ contains
          end associate
          if (.not. found) return
          if (after > 0.0_wp) then
-            ! The curvature is small enough to vanish within reach: a place farther on is behind other changes.
+            ! A place beyond the longest next increment is not taken, because other changes come before it.
             found = path_length(problem, interval%to%state, place) <= largest_growth * path_length(problem, run%last%state, &
                & interval%to%state) .and. leads_to(problem, interval%to%state, interval%to%tangent, .false., place)
          else
@@ -132,7 +132,8 @@ contains
          point = point_at(problem, place)
          ! The couple of a touchdown point is undetermined where the contact osculates.
          point%system%force_residual = residual
-         ! One eigenvalue may be zero there; if more have changed their sign, other events are on the way.
+         ! At most one eigenvalue may have changed its sign, because it may be zero at the place; a larger difference means other
+         ! events on the way.
          found = after <= 0.0_wp .or. abs(point%system%negative_pivots - interval%pivots) <= 1
          if (.not. found) return
          change%where = merge(place_ahead, place_within, after > 0.0_wp)
@@ -144,11 +145,12 @@ contains
       change%tests = run_span_tests(problem, place, interval%scale)
    end subroutine locate_osculation
 
-   !> Other point contacts with negative relative curvature at the end of an increment, without those at segment boundaries.
+   !> Candidates of the other point contacts whose relative curvature is negative at the end of an increment, except contacts at
+   !> segment boundaries.
    pure function osculating_too(problem, interval, which) result(candidate)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(in) :: interval
-      integer, intent(in) :: which                !! index of the test under examination
+      integer, intent(in) :: which                !! index of the test of the contact that is left out
       integer, allocatable :: candidate(:)
       integer :: k
       candidate = pack(interval%after%candidate, interval%after%kind == test_curvature .and. interval%after%value < 0.0_wp .and. &
@@ -170,7 +172,8 @@ contains
       real(wp) :: f, fraction
       found = .false.
       measure = new_measure(problem, run, interval%to, .false.)
-      ! An interval whose ends coincide, at a change that remeshing has moved behind the last point, has no points inside.
+      ! If remeshing has moved a change to a position before the last point, the ends of the interval coincide and it has no points
+      ! inside.
       if (.not. (measure%length > 0.0_wp .or. abs(interval%to%state%load_factor - run%last%state%load_factor) > 0.0_wp)) return
       ! The place is located just before the zero, because the contact set is not valid beyond the zero.
       bracket = new_bracket(interval%before(change%which)%value - tolerance, interval%after(change%which)%value - tolerance)
@@ -184,7 +187,7 @@ contains
          if (found) return
          call take_value(bracket, fraction, f)
       end do
-      ! Where the test jumps there is no zero: the values at the ends of the closed bracket still differ.
+      ! The bracket has closed. If the values at its ends still differ, the test jumps there and has no zero.
       found = abs(bracket%f_high - bracket%f_low) <= sqrt(step%locate_tolerance) * bracket%scale
    end subroutine locate_by_parts
 end module span_location

@@ -1,5 +1,5 @@
 !> Zero of a test of a contact set along its path: the load factor is varied by the secant method until the test is zero. The set
-!> needs no valid point there: its equilibrium continues beyond the zero, where the test fails.
+!> need not be valid at these loads: its equilibrium exists beyond the zero, too, where the test fails.
 module test_zero
    use kinds, only: wp
    use other_set, only: other_set_t, go_to_load
@@ -8,10 +8,10 @@ module test_zero
    private
    public :: find_test_zero, quantity_t
 
-   integer, parameter :: most_loads = 8 !! loads of the secant method, whose order 1.6 leads from one digit to twelve in six. Four
-   !! do not suffice for two runs of the tests, 16 change none
+   integer, parameter :: most_loads = 8 !! largest number of loads of the secant method, whose order 1.6 leads from one correct
+   !! digit to twelve in six loads. Four do not suffice for two runs of the tests, 16 change none
 
-   !> A quantity that is zero at the place sought.
+   !> A quantity that is zero at the place that is sought; each extension of the type computes one.
    type, abstract :: quantity_t
    contains
       procedure(quantity), deferred :: evaluate
@@ -23,7 +23,7 @@ module test_zero
          import :: quantity_t, other_set_t, span_test_t, wp
          class(quantity_t), intent(in) :: self
          type(other_set_t), intent(in) :: set
-         type(span_test_t), intent(in) :: tests(:) !! all tests of the set there
+         type(span_test_t), intent(in) :: tests(:) !! all tests of the set at this equilibrium
          real(wp), intent(out) :: value
          logical, intent(out) :: found          !! false: the set has no such quantity
       end subroutine quantity
@@ -35,9 +35,9 @@ contains
    subroutine find_test_zero(set, wanted, step, tolerance, found, tests)
       type(other_set_t), intent(inout) :: set    !! with an equilibrium from which the zero is sought
       class(quantity_t), intent(in) :: wanted
-      real(wp), intent(in) :: step               !! first step of the load factor; it is given, and shows no convergence
-      real(wp), intent(in) :: tolerance          !! largest last step of the load factor / load factor
-      logical, intent(out) :: found              !! false: no such equilibrium; the set is anywhere on its path then
+      real(wp), intent(in) :: step !! first step of the load factor; it is prescribed, so a small one does not show convergence
+      real(wp), intent(in) :: tolerance          !! largest last step of the load factor, as a share of the load factor
+      logical, intent(out) :: found !! false: no such equilibrium was found; the set is left at some other point of its path
       type(span_test_t), allocatable, intent(out) :: tests(:) !! tests at the equilibrium, if it was found
       real(wp) :: load(2), value(2)
       integer :: try

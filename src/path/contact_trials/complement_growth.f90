@@ -1,5 +1,5 @@
-!> Growth of gaps and contact forces behind a change of contact. Gap and force of a contact are complementary: where one of them is
-!> zero, the other one grows in the right sense along the path.
+!> Growth of gaps and contact forces after a change of contact. Gap and force of a contact are complementary: if the contact is
+!> closed, its force must grow from zero along the path; if it is open, its gap must.
 module complement_growth
    use kinds, only: wp
    use contact_spans, only: contact_span_t
@@ -18,15 +18,16 @@ module complement_growth
 
 contains
 
-   !> True unless a contact that has begun is pulled, or the gap of an open one closes. Several of them may be zero at once; then
-   !> the gaps of those that stay open grow, too. All are measured from the set's first equilibrium: there they differ from zero
-   !> because it is solved on another mesh, and the error of a gap inside an element exceeds its change over the step.
+   !> True unless a contact that has begun is pulled, or the gap of an open contact closes. Several gaps or forces may be zero at
+   !> the change; the gaps of contacts that stay open must grow, too. Growth is measured from the set's first equilibrium, because
+   !> gaps and forces are not exactly zero there: it is solved on another mesh, and the error of a gap inside an element exceeds the
+   !> change of this gap over the step.
    logical function complement_grows(here, trial, there) result(grows)
       type(change_place_t), intent(in) :: here
       type(tried_set_t), intent(in) :: trial
       type(other_set_t), intent(in) :: there  !! the set, at another point of its path
       type(contact_span_t), allocatable :: before(:)
-      integer :: k, number                    ! number of the contact span at a place, 0: the gap is open there
+      integer :: k, number                    ! number of the contact span at the place of a test; 0: the gap is open at this place
       grows = .true.
       if (.not. here%at_change() .or. trial%edits > 1) return
       before = present_contact_spans(here%problem, here%state)
@@ -51,7 +52,7 @@ contains
 
       !> True if the force of a point contact grows.
       logical function force_grows(c)
-         integer, intent(in) :: c                !! candidate; 0: another contact holds the breakpoint, too
+         integer, intent(in) :: c !! candidate of the contact; 0: none, because another contact holds this breakpoint, too
          force_grows = c == 0
          if (c > 0) force_grows = end_force(there%problem, there%state, c) > end_force(there%problem, trial%set%state, c)
       end function force_grows
@@ -66,12 +67,12 @@ contains
    end function complement_grows
 
    !> Number of the contact span that has begun where a gap is zero, 0: none. A new contact moves along the rod until its force is
-   !> zero, so it belongs to the nearest one of the gaps, however far that is.
+   !> zero, so the contact belongs to the nearest of the gaps, however far this gap is.
    integer function contact_begun(set, begun, zero, which) result(number)
       type(other_set_t), intent(in) :: set
-      integer, intent(in) :: begun               !! last number given before
+      integer, intent(in) :: begun               !! last number given to a contact span before the change
       type(span_test_t), intent(in) :: zero(:)   !! the tests that are zero
-      integer, intent(in) :: which               !! index of the gap
+      integer, intent(in) :: which               !! index of the gap in `zero`
       type(strip_t), allocatable :: strip(:)
       type(contact_span_t), allocatable :: now(:)
       integer :: k
@@ -85,7 +86,7 @@ contains
 
    contains
 
-      !> Index of the gap to the obstacle of a contact that is nearest to the contact along its strip, 0: there is none.
+      !> Index of the gap to the obstacle of a contact that is nearest to the contact along its strip; 0: there is no such gap.
       integer function nearest_gap(new) result(nearest)
          type(contact_span_t), intent(in) :: new
          real(wp) :: place, along, near(1), distance

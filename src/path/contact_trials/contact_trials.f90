@@ -1,10 +1,10 @@
 !> Finds the next contact set by trials. Each neighbour of the present set, that is, a set that differs from it by one edit
-!> (neighbours), is solved for its equilibrium, in which the new contact or free span has a prescribed length (set_trial), and is
-!> kept if all its tests are satisfied there or a short step further along the path (set_validity). The kind of the failing test
-!> gives the order of the edits; the tests of a set, and whether its path is that of the run, decide whether it is valid.
+!> (neighbours), is brought into equilibrium with a prescribed length of the new contact or free span (set_trial). The set is kept
+!> if all its tests are satisfied at this equilibrium or a short step further along the path (set_validity). The kind of the failing
+!> test gives the order of the edits; the set is valid if its tests are satisfied and its path continues that of the run.
 !>
 !> If no set remains after one edit, a second edit is made where the tests of the edited set fail. The first set that is valid is
-!> taken; where a free span vanishes, that which begins first.
+!> taken; where a free span vanishes, the valid set that begins first is taken.
 module contact_trials
    use kinds, only: wp
    use model, only: step_t
@@ -28,17 +28,19 @@ module contact_trials
    private
    public :: try_sets, neighbours_of
 
-   ! Half and twice each of these values change no run of a sample of the tests, except for most_edits.
-   ! Lengths as shares of the length of the rod strip, a sequence of rod segments (rod_strips):
+   ! With half or twice each of these values no run of a sample of the tests changes, except for most_edits. Lengths as shares of
+   ! the length of the rod strip, a sequence of rod segments (rod_strips):
    real(wp), parameter :: first_length(6) = [10.0_wp, 2.5_wp, 1.25_wp, 50.0_wp, 0.3_wp, 0.06_wp] * initial_share !! prescribed
    !! lengths of a new contact or free span, in the order in which they are tried
    real(wp), parameter :: nearby = first_length(1) !! contacts within this distance of a failing test are edited
    real(wp), parameter :: longest = 0.25_wp       !! longest new contact or free span / shortest rod segment, or length of the strip
-   real(wp), parameter :: growth = 5.0_wp         !! factor between the lengths of a new span that are tried to leave its change
+   real(wp), parameter :: growth = 5.0_wp !! factor by which the length of a new span is increased until increments can go on from
+   !! the change
 
-   integer, parameter :: most_edits = 2           !! edits by which a set differs from the present one: what one edit changes may
-   !! end or begin a contact beside it at once
-   integer, parameter :: most_failed = 8          !! sets whose neighbours are tried, too: those of the likeliest edits
+   integer, parameter :: most_edits = 2 !! largest number of edits between the present set and a tried set: a contact beside the
+   !! first edit may end or begin at once
+   integer, parameter :: most_failed = 8 !! largest number of failed sets whose neighbours are tried, too; sets of the likeliest
+   !! edits come first
 
 contains
 
@@ -46,7 +48,7 @@ contains
    subroutine try_sets(step, run, here, next)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
-      type(change_place_t), intent(in) :: here    !! the present set, at the place from which another one is sought
+      type(change_place_t), intent(in) :: here    !! the present set, at the place from which another set is sought
       type(next_set_t), intent(out) :: next
       type(edit_place_t), allocatable :: edit_place(:)
       type(tried_set_t), allocatable :: valid(:)
@@ -83,7 +85,8 @@ contains
 
    contains
 
-      !> Moves the set on if tests fail at its equilibrium: they pass through zero soon after, where the stiffness may be singular.
+      !> Moves the set a short step further if tests fail at its equilibrium: these tests are zero before the step's end, where the
+      !> stiffness may be singular.
       subroutine pass_zeros(trial, set)
          type(tried_set_t), intent(in) :: trial
          type(other_set_t), intent(inout) :: set
@@ -91,9 +94,9 @@ contains
       end subroutine pass_zeros
    end subroutine try_sets
 
-   !> Enlarges the new contact or free span of a set found until the path can continue from there: by its length as long as the load
-   !> factor has changed by less than the smallest increment, since a span that opens in a line contact may grow with a small power
-   !> of the load, then by the load.
+   !> Enlarges the new contact or free span of a set until the path can continue from the set's equilibrium. First its length is
+   !> increased, as long as the load factor has changed by less than the smallest increment: a span that opens in a line contact may
+   !> grow with a small power of the load. Then the load is changed.
    subroutine enlarge(step, run, here, edit_place, trial)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
@@ -116,8 +119,8 @@ contains
    end subroutine enlarge
 
    !> Labels the change from the present set to another one. The contacts are compared where the set was edited, because a contact
-   !> may move far until the set's first equilibrium. A contact continues another one from which it is not much farther than the
-   !> length of what is new or vanishes.
+   !> may move far until the set's first equilibrium. A contact continues another contact if their distance is not much larger than
+   !> the length of the new or vanishing span.
    subroutine label(here, trial)
       type(change_place_t), intent(in) :: here    !! the present set, at a change or near it
       type(tried_set_t), intent(inout) :: trial
@@ -171,9 +174,9 @@ contains
       end associate
    end subroutine follow_by_load
 
-   !> Places at which the present set is edited: at a located change those of the tests that are zero, else those of free spans
-   !> about to vanish, else those of the tests that fail at the point or, if none fails there, a short step ahead. If no test fails,
-   !> or no equilibrium is found ahead: the ends of all contacts.
+   !> Places at which the present set is edited. At a located change these are the places of the tests that are zero; before free
+   !> spans vanish, the places of these spans. Otherwise they are the places of the tests that fail at the point or, if no test
+   !> fails there, a short step ahead. If no test fails there either, or no equilibrium is found, they are the ends of all contacts.
    function places_to_edit(here) result(edit_place)
       type(change_place_t), intent(in) :: here    !! the present set
       type(edit_place_t), allocatable :: edit_place(:)
@@ -199,8 +202,8 @@ contains
       end associate
    end function places_to_edit
 
-   !> Tries the neighbours of the present set at the given places. If none of them is valid, their neighbours are tried, where their
-   !> tests fail.
+   !> Tries the neighbours of the present set at the given places. If no neighbour is valid, each of them is edited once more where
+   !> its tests fail.
    subroutine try_edits(step, run, here, edit_place, length, valid)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
@@ -225,7 +228,7 @@ contains
       end do
    end subroutine try_edits
 
-   !> Tries the neighbours of one set at the given places.
+   !> Tries the neighbours of one set, by edits at the given places.
    subroutine edit(step, run, here, from, edit_place, length, valid, failed)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
@@ -245,7 +248,7 @@ contains
             & from%set%state)), edit_place, d, length)
          do k = 1, size(neighbour)
             if (here%situation == before_closing .and. .not. may_close_span(neighbour(k)%edit)) cycle
-            ! Where a free span vanishes, a length is prescribed only if no set without it is valid.
+            ! Where a free span vanishes, neighbours of prescribed length are tried only if no other neighbour is valid.
             if (here%situation == before_closing .and. any(neighbour(k)%held > 0) .and. size(valid) > 0) cycle
             call solve_neighbour(here, from, neighbour(k), trial, found)
             if (found) found = moves_little(here, trial%set) .and. .not. same_kind(here%problem%layout, here%problem%contact_span, &
@@ -267,9 +270,10 @@ contains
       end do
    end subroutine edit
 
-   !> True if a set is found with which the path goes on, so that no further one need be tried. Where a free span vanishes, the set
-   !> that begins first is not known before all are tried; where no increment converges, the path turns back only if it cannot go
-   !> on. A set behind a limit point is taken only if no shorter length gives one before it.
+   !> True if a set is found with which the path goes on, so that no further set need be tried. Where a free span vanishes, all sets
+   !> are tried, because only then it is known which begins first. Where no increment converges, a set with which the path turns
+   !> back is taken only if no other is valid. A set behind a limit point is taken only if no shorter length gives an equilibrium
+   !> before the limit point.
    pure logical function decided(here, valid)
       type(change_place_t), intent(in) :: here
       type(tried_set_t), intent(in) :: valid(:)   !! the sets found so far
@@ -308,19 +312,19 @@ contains
    end function same_numbers
 
    !> Neighbours of a set at one of several places where its tests fail. If tests of the same kind fail at other places, for
-   !> instance at mirror images, a neighbour with the same edit at all these places comes first; then those without the places whose
-   !> tests are the farthest from failing, because the present mesh may not tell them from the others; then the neighbour that is
-   !> edited at one place.
+   !> instance at mirror images, a neighbour with the same edit at all these places comes first. Then places are left out, those
+   !> first whose tests are farthest from failing: they may fail only by the error of the present mesh. Last comes the neighbour
+   !> that is edited at one place only.
    function neighbours_together(strip, set, edit_place, d, length) result(all)
       type(strip_t), intent(in) :: strip(:)
       type(contact_span_t), intent(in) :: set(:)  !! contact set on strips
       type(edit_place_t), intent(in) :: edit_place(:)
-      integer, intent(in) :: d                    !! index of the place
+      integer, intent(in) :: d                    !! index of the place that is edited in any case
       real(wp), intent(in) :: length(:)           !! lengths of a new contact or free span that are tried / length of the strip
       type(neighbour_t), allocatable :: all(:)
       type(neighbour_t), allocatable :: single(:), other(:)
       type(neighbour_t) :: both
-      logical :: alike(size(edit_place))          ! places that are edited together with this one
+      logical :: alike(size(edit_place))          ! places that are edited together with place d
       integer :: k, j
       allocate (all(0))
       single = neighbours_of(strip, set, edit_place(d), length)
@@ -360,8 +364,8 @@ contains
       end associate
    end function neighbours_of
 
-   !> Index of the set that begins nearest to a load factor. Of sets that begin together, for instance those of mirror
-   !> images, the first one.
+   !> Index of the set that begins nearest to a load factor. Of sets that begin together, for instance those of mirror images, the
+   !> first in the list is taken.
    pure integer function first_to_begin(load, valid) result(best)
       real(wp), intent(in) :: load
       type(tried_set_t), intent(in) :: valid(:)

@@ -1,9 +1,9 @@
 !> Ways on from a point at which several contacts begin, or end, at once.
 !>
-!> Gaps and contact forces are complementary: along the path that leads on each of these contacts either stays open, with a gap that
-!> grows, or is closed, with a force that grows. This rate complementarity problem has one solution in a stable structure. If the
-!> structure with the contacts open is unstable it may have several, for instance where an antisymmetric column meets two walls: it
-!> rests on both, or turns towards either of them. All sets are tried; those whose path satisfies all tests are solutions.
+!> Gaps and contact forces are complementary: behind the change each of these contacts either stays open, with a gap that grows, or
+!> is closed, with a force that grows. This rate complementarity problem has one solution in a stable structure. If the structure
+!> with the contacts open is unstable, the problem may have several, for instance where an antisymmetric column meets two walls: it
+!> rests on both, or turns towards one of the walls. All sets are tried; those whose path satisfies all tests are solutions.
 module contact_ways
    use model, only: step_t
    use contact_spans, only: contact_span_t, initial_share
@@ -22,11 +22,11 @@ module contact_ways
    private
    public :: other_ways
 
-   integer, parameter :: most_together = 4       !! contacts that are combined: the number of their sets doubles with each
+   integer, parameter :: most_together = 4 !! largest number of contacts that are combined: each contact doubles the number of sets
 
 contains
 
-   !> Finds the contact sets, other than the one taken, with which the path may go on from a located change.
+   !> Finds the contact sets with which the path may go on from a located change, except the set with which the run goes on.
    subroutine other_ways(step, run, here, taken, way)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
@@ -61,13 +61,13 @@ contains
       end associate
    end subroutine other_ways
 
-   !> Begins or ends all the given contacts.
+   !> Makes the set in which all the given contacts have begun, or have ended.
    subroutine edit_all(strip, set, edit_place, neighbour, found)
       type(strip_t), intent(in) :: strip(:)
       type(contact_span_t), intent(in) :: set(:)  !! contact set on strips
       type(edit_place_t), intent(in) :: edit_place(:)       !! places of these contacts
       type(neighbour_t), intent(out) :: neighbour
-      logical, intent(out) :: found               !! false: there is no such set
+      logical, intent(out) :: found               !! false: no set results from these edits
       type(neighbour_t), allocatable :: one(:)
       integer :: k
       neighbour%edit = merge(edit_add, edit_remove, edit_place(1)%kind == test_gap)

@@ -20,7 +20,7 @@ module edit_places
 contains
 
    !> Place of each given test: strip and coordinate along it. A strip is a sequence of rod segments (rod_strips). A contact at a
-   !> boundary of two segments has a test in each of them, but it is one place.
+   !> boundary of two segments has a test in each segment, but counts as one place.
    function places_of_tests(problem, state, strip, tests, scale, beyond) result(edit_place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -52,7 +52,7 @@ contains
                if (test%kind == test_leaving) at = at + test%at
                call strip_place(strip, now(test%contact_span)%rod_segment, at, edit_place(k)%strip, edit_place(k)%at)
                edit_place(k)%beyond = present(beyond)
-               ! Beside a joint of the obstacle a point contact spreads up to the joint.
+               ! Beside a joint of the obstacle, a point contact can spread only up to the joint.
                if (test%kind == test_curvature) edit_place(k)%room = joint_distance(problem%model%obstacle(problem%candidates% &
                   & obstacle(test%candidate)), -candidate_offset(problem, state, problem%candidates, test%candidate), &
                   & node_track(problem, state, test%candidate))
@@ -71,7 +71,7 @@ contains
 
    contains
 
-      !> True if tests of the same kind belong to the same place.
+      !> True if two tests are of the same kind and belong to the same place.
       impure elemental logical function same_place(one, other) result(same)
          type(edit_place_t), intent(in) :: one, other
          same = one%kind == other%kind .and. one%contact == other%contact .and. one%strip == other%strip .and. other%strip > 0
@@ -95,8 +95,8 @@ contains
       end do
    end function places_of_contacts
 
-   !> Zones of a line contact without compressive force, in the order of their least forces: each surrounds a local minimum of the
-   !> density of force.
+   !> Zones of a line contact without compressive force, sorted by their least force. Each zone surrounds a local minimum of the
+   !> force by length.
    function pulled_zones(problem, state, strip, line, scale, beyond) result(zone)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -109,7 +109,7 @@ contains
       type(pressure_t) :: pressure
       logical, allocatable :: least(:)
       real(wp), allocatable :: at(:)             ! coordinates along the rod segment
-      real(wp) :: nothing                        ! density that counts as zero
+      real(wp) :: nothing                        ! force by length that counts as zero
       integer :: i, k, n
       pressure = sample_line(problem, state, line)
       n = size(pressure%at)
@@ -129,19 +129,21 @@ contains
       if (present(beyond)) then
          now = present_contact_spans(problem, beyond)
          k = findloc(now%number, line%number, 1)
-         ! The zone moves with the ends of the line contact.
+         ! The zone keeps its relative place in the line contact, whose ends may have moved.
          at = now(k)%at(1) + (at - line%at(1)) * (now(k)%at(2) - now(k)%at(1)) / (line%at(2) - line%at(1))
          pressure = sample_line(problem, beyond, now(k))
       end if
       zone%width = [(0.5_wp * pulled_length(at(i)), i=1, size(zone))]
-      ! Where the force is not tensile beyond, no other span opens at the same point of the path.
+      ! If the force of a zone is not tensile at the equilibrium `beyond`, no span opens there; only the first zone is kept in any
+      ! case.
       if (present(beyond)) zone = pack(zone, zone%width > 0.0_wp .or. [(i == 1, i=1, size(zone))])
       zone%beyond = present(beyond)
       zone%whole = 2.0_wp * zone%width >= pressure%at(size(pressure%at)) - pressure%at(1)
-      ! If the force is tensile all along the line at the end of the increment, its zone there says nothing of the length of the
-      ! span that opens first.
+      ! If the force is tensile all along the line at the end of the increment, the length of the zone says nothing about the length
+      ! of the span that opens first.
       where (zone%whole) zone%width = 0.0_wp
-      ! The span is measured by the line contact, which may be much longer then.
+      ! The width is a share of the line contact, which may be much longer at the equilibrium `beyond`: the width is scaled to the
+      ! line here.
       zone%width = zone%width * (line%at(2) - line%at(1)) / (pressure%at(size(pressure%at)) - pressure%at(1))
 
    contains

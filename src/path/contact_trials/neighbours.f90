@@ -1,10 +1,9 @@
 !> Neighbours of a contact set: the sets that differ from it by one edit at a place where a test of the set fails.
 !>
-!> The kind of the failing test gives the order of the edits, and the zone in which it fails gives first lengths; neither the signs
-!> of contact forces nor the sense of the path decide which neighbour follows: the tests at a neighbour's equilibrium
-!> decide whether the neighbour is valid (contact_trials). An edit also states which ends of contacts have prescribed places, so
-!> that the new contact or free span has a prescribed length (set_trial). Sets are in coordinates along strips, which are sequences
-!> of rod segments (rod_strips).
+!> The kind of the failing test gives the order of the edits, and the zone in which the test fails gives first lengths. Only the
+!> tests at a neighbour's equilibrium decide whether the neighbour is valid (contact_trials), not the signs of contact forces or the
+!> sense of the path. An edit also states which ends of contacts have prescribed places, so that the new contact or free span has a
+!> prescribed length (set_trial). Sets are in coordinates along strips, which are sequences of rod segments (rod_strips).
 module neighbours
    use kinds, only: wp
    use contact_spans, only: contact_span_t
@@ -21,26 +20,26 @@ module neighbours
    integer, parameter :: edit_remove = 1     !! a contact ends
    integer, parameter :: edit_add = 2        !! a point contact begins
    integer, parameter :: edit_spread = 3     !! a point contact becomes a line contact
-   integer, parameter :: edit_part = 4       !! a point contact becomes two
-   integer, parameter :: edit_leave = 5      !! a point contact leaves the end of a rod or a segment boundary, or another one begins
-   !! beside it
+   integer, parameter :: edit_part = 4       !! a point contact becomes two point contacts
+   integer, parameter :: edit_leave = 5 !! a point contact leaves the end of a rod or a segment boundary, or another point contact
+   !! begins beside it
    integer, parameter :: edit_shrink = 6     !! a line contact becomes a point contact
    integer, parameter :: edit_ends = 7       !! point contacts at the ends of a line contact remain
    integer, parameter :: edit_open = 8       !! a free span opens inside a line contact
-   integer, parameter :: edit_end_off = 9    !! a free span opens behind the end of a line contact
+   integer, parameter :: edit_end_off = 9    !! the end of a line contact moves back, and a free span opens behind it
    integer, parameter :: edit_lie_down = 10  !! a free span becomes part of a line contact
    integer, parameter :: edit_merge = 11     !! two contacts become one
-   integer, parameter :: edit_pass = 12      !! a contact moves to a segment boundary, or to its other side
+   integer, parameter :: edit_pass = 12      !! a contact moves to a segment boundary, or past it
    integer, parameter :: edit_jump = 13      !! the end of a line contact jumps over a segment boundary and leaves a free span there
-   integer, parameter :: edit_rise = 14      !! a line contact opens around a point contact with another obstacle
-   integer, parameter :: edit_change = 15    !! a line contact changes over to another obstacle
-   integer, parameter :: edit_arrive = 16    !! the end of a line contact comes to a segment boundary and stays there
+   integer, parameter :: edit_rise = 14      !! a line contact opens around a new point contact with another obstacle
+   integer, parameter :: edit_change = 15    !! a line contact leaves its obstacle and lies on another obstacle instead
+   integer, parameter :: edit_arrive = 16    !! the end of a line contact moves to a segment boundary and stays at the boundary
    integer, parameter :: n_edits = 16
 
    integer, parameter :: no_test = 0         !! kind of a place without failing test
 
    !> Order in which the edits are tried, one row for each kind of failing test (test_kinds); the first row is for a place without
-   !> failing test. Edits that are not in a row come after it, in the order of their numbers; 0: none.
+   !> failing test. Edits that are missing in a row are tried after those of the row, in the order of their numbers. 0: no edit.
    integer, parameter :: order(5, 0:10) = reshape([ &
       & edit_lie_down, edit_merge, edit_pass, edit_arrive, edit_jump, &   ! no test
       & edit_add, edit_rise, edit_change, edit_lie_down, 0, &             ! gap
@@ -58,11 +57,11 @@ module neighbours
    type :: edit_place_t
       integer :: kind = no_test              !! kind of the failing test (test_kinds)
       real(wp) :: value = 0.0_wp             !! value of the test of a point or gap
-      integer :: contact = 0                 !! index into model%contact, 0: any
+      integer :: contact = 0 !! contact to which the place belongs, an index into model%contact; 0: not restricted to one contact
       integer :: strip = 0
       real(wp) :: at = 0.0_wp                !! coordinate along the strip
-      real(wp) :: width = 0.0_wp             !! half the length of a zone in which the test fails, 0: a point
-      logical :: beyond = .false.            !! an equilibrium at the end of the increment is known; `width` is the length there
+      real(wp) :: width = 0.0_wp             !! half the length of the zone in which the test fails; 0: it fails at a point
+      logical :: beyond = .false.            !! the equilibrium at the end of the increment is known, and `width` belongs to it
       logical :: whole = .false.             !! the test fails all along the line contact, which may lift off as a whole
       real(wp) :: room = huge(1.0_wp)        !! longest new contact or free span: distance to a joint of the obstacle
    end type edit_place_t
@@ -74,12 +73,12 @@ module neighbours
       type(contact_span_t), allocatable :: set(:) !! contact set on strips, new contact spans without number
       integer :: held(2) = 0                 !! indices of the contacts that have an end with a prescribed place, 0: none
       integer :: side(2) = 1                 !! which end of this contact: 1 first, 2 last
-      logical :: beyond = .false.            !! the free span is that of the equilibrium at the end of the increment; no length is
-      !! prescribed
+      logical :: beyond = .false. !! true: the new free span has about the length that it has at the end of the increment; no length
+      !! is prescribed
       integer :: length = 1                  !! index of the prescribed length of the new contact or free span
    end type neighbour_t
 
-   !> What all edits of a set at one place share.
+   !> Data that all edits of a set at one place share.
    type :: editing_t
       type(contact_span_t), allocatable :: set(:) !! contact set on strips, sorted
       type(edit_place_t) :: place
@@ -88,17 +87,18 @@ module neighbours
       real(wp) :: new = 0.0_wp               !! prescribed length of a new contact or free span
    end type editing_t
 
-   ! Half and twice each of these values change no run of a sample of the tests.
-   ! Shortest new spans / length within which contacts are edited:
+   ! With half or twice each of these values no run of a sample of the tests changes. Shortest new spans / length within which
+   ! contacts are edited:
    real(wp), parameter :: least_resolved = 0.1_wp !! contact or free span in general
    real(wp), parameter :: least_gap = 0.2_wp  !! free span between two point contacts whose gap is resolved
-   real(wp), parameter :: behind = 0.1_wp     !! first guess for a free span across a boundary: length behind / before the boundary
+   real(wp), parameter :: behind = 0.1_wp !! first guess for a free span across a segment boundary: its length past the boundary /
+   !! its length on the line's side
    real(wp), parameter :: at_load_beyond = 256.0_wp !! first guess for the size of a span that a force or couple at a segment
    !! boundary opens, at the end of the increment / prescribed length of a new span
 
 contains
 
-   !> Neighbours of a set at one place, in the order in which they are tried: by edits, and of one edit by lengths.
+   !> Neighbours of a set at one place, in the order in which they are tried: sorted by edits, and those of one edit by lengths.
    function neighbours_at(set, edit_place, strip, length_of_new, near) result(found)
       type(contact_span_t), intent(in) :: set(:)  !! contact set on strips, sorted
       type(edit_place_t), intent(in) :: edit_place
@@ -126,10 +126,10 @@ contains
       do r = 0, n_edits
          do k = 1, size(all)
             if (rank(all(k)%edit) /= r) cycle
-            ! A contact whose force is not zero does not end.
+            ! Without a failing test the contact force is not zero, so the contact does not end.
             if (all(k)%edit == edit_remove .and. edit_place%kind == no_test) cycle
             if (.not. resolved(all(k))) cycle
-            ! An edit without new length is the same for all lengths.
+            ! An edit without a new length gives the same neighbour for every length; it is taken once.
             if (any([(same_trial(found(i), all(k)), i=1, size(found))])) cycle
             found = [found, all(k)]
          end do
@@ -144,8 +144,8 @@ contains
          if (same) same = same_set(one%set, other%set)
       end function same_trial
 
-      !> False if the mesh does not resolve what is new: the gap of a short free span between two points, which is smaller than its
-      !> slack, or a short contact or free span of another kind. A line contact that begins inside a segment may be as short as any.
+      !> False if the new contact or free span is too short for the mesh. Between two points a short free span has a gap smaller
+      !> than the slack of its test. A line contact that begins inside a segment may have any length.
       pure logical function resolved(one)
          type(neighbour_t), intent(in) :: one
          real(wp) :: least
@@ -172,7 +172,7 @@ contains
             if (set(k)%line) then
                call edit_line(how, k, at(1), all)
             else
-               ! A point contact leaves a segment boundary to the place of its force.
+               ! A point contact leaves a segment boundary and moves to the place of its force.
                if (place%kind == test_leaving) call add(all, edit_leave, end_moved(set, k, 1, at(1)))
                call edit_point(how, k, all)
             end if
@@ -207,8 +207,9 @@ contains
       end do
    end function ranks
 
-   !> Adds the edits where a gap to an obstacle closes: a point contact begins; inside a line contact with another
-   !> obstacle the rod also rises from this one on both sides of the point, or the whole line changes over.
+   !> Adds the edits where a gap to an obstacle closes: a point contact begins. Inside a line contact with another obstacle there
+   !> are two more edits: the rod lifts off that obstacle on both sides of the point, or the whole line contact changes over to the
+   !> new obstacle.
    subroutine meet_obstacle(how, all)
       type(editing_t), intent(in) :: how     !! its `new`: prescribed length of the free span that opens on each side
       type(neighbour_t), allocatable, intent(inout) :: all(:)
@@ -292,7 +293,7 @@ contains
             if (s - a <= max(2.0_wp * zone, near)) call end_off(1, a + g, a <= ends(1))
             if (b - s <= max(2.0_wp * zone, near)) call end_off(2, b - g, b >= ends(2))
             if (.not. (how%place%beyond .and. how%place%width > 0.0_wp) .or. i == 2) cycle
-            ! The zone of tensile force at the end of the increment shows about how long the free span is there; no length is
+            ! At the end of the increment the free span is about as long as the zone of tensile force there, so that no length is
             ! prescribed.
             all(first + 1:)%beyond = .true.
             do j = first + 1, size(all)
@@ -306,8 +307,8 @@ contains
 
    contains
 
-      !> Moves an end of the line to `to`, so that a free span opens behind it. A point contact remains at the former end; if that
-      !> is an end of the rod, the set without it is tried first.
+      !> Moves an end of the line to `to`, so that a free span opens behind it. A point contact remains at the former end. If this
+      !> is an end of the rod, the set without the point contact is tried first.
       subroutine end_off(side, to, rod_ends)
          integer, intent(in) :: side
          real(wp), intent(in) :: to
@@ -319,8 +320,8 @@ contains
             & [k, size(how%set) + 1], [side, 1])
       end subroutine end_off
 
-      !> Edits of the line contact at a segment boundary: its end comes to the boundary, passes the boundary, or leaves a free span
-      !> there.
+      !> Adds the edits of the line contact at a segment boundary: an end of the line moves to the boundary, passes it, or leaves a
+      !> free span around it; or a free span opens around the boundary.
       subroutine at_boundary(s)
          real(wp), intent(in) :: s
          type(contact_span_t), allocatable :: new(:)
@@ -331,8 +332,8 @@ contains
             way = merge(-1, 1, side == 1)
             call add(all, edit_pass, end_moved(how%set, k, side, s + way * how%new), [k, 0], [side, side])
             ! If the other end is before the boundary, this end may also stop before the boundary or come to it. An end at the
-            ! boundary is held there by a couple, which is zero at the arrival, so that this set seems valid although the end goes
-            ! on: `order` has edit_arrive behind edit_pass.
+            ! boundary is held there by a couple, which is zero at the arrival, so that this set seems valid even if the end goes on
+            ! past the boundary. Therefore `order` has edit_arrive behind edit_pass.
             if (way * (s - how%set(k)%at(3 - side)) > 0.0_wp) then
                call add(all, edit_arrive, end_moved(how%set, k, side, s))
                call add(all, edit_pass, end_moved(how%set, k, side, s - way * how%new), [k, 0], [side, side])
@@ -401,7 +402,7 @@ contains
          end do
       end function following
 
-      !> The free span behind the last contact of a closed strip ends at the first contact.
+      !> Adds the edits of the free span of a closed strip between its last contact and its first.
       subroutine edit_gap_over_ends(k)
          integer, intent(in) :: k
          type(contact_span_t) :: turned(size(how%set))
@@ -419,7 +420,7 @@ contains
 
       !> Adds the edits of the free span `ends` between two contacts, or between a contact and an end of the strip.
       subroutine edit_gap(set, beside)
-         type(contact_span_t), intent(in) :: set(:) !! contact set with both on the same turn around a closed strip
+         type(contact_span_t), intent(in) :: set(:) !! contact set, with both contacts on the same turn around a closed strip
          integer, intent(in) :: beside(2)           !! the two contacts; 0: the end of the strip
          integer :: one, other
          real(wp) :: end, at(1)
@@ -444,10 +445,10 @@ contains
          end if
       end subroutine edit_gap
 
-      !> A point contact and an end of a line become the line's end: at the place of the point, or already on its way back. (Where
-      !> both meet at a joint of the obstacle no equilibrium exists with the end beyond the joint.)
+      !> Merges a point contact with an end of a line contact. The merged end lies at the place of the point, or has already moved
+      !> back along the line. (If they meet at a joint of the obstacle, no equilibrium exists with the end beyond the joint.)
       subroutine join_point(set, point, line, side)
-         type(contact_span_t), intent(in) :: set(:) !! contact set with both on the same turn around a closed strip
+         type(contact_span_t), intent(in) :: set(:) !! contact set, with both contacts on the same turn around a closed strip
          integer, intent(in) :: point, line, side
          associate (e => how%new)
             call add(all, edit_merge, lost(end_moved(set, line, side, set(point)%at(1)), point))
@@ -457,7 +458,7 @@ contains
       end subroutine join_point
    end subroutine edit_free_spans
 
-   !> Appends a neighbour.
+   !> Appends a neighbour to a list.
    subroutine add(all, edit, set, held, side)
       type(neighbour_t), allocatable, intent(inout) :: all(:)
       integer, intent(in) :: edit

@@ -1,8 +1,9 @@
 !> Differences between two contact sets: the label of the change, and the numbers of the contact spans that continue.
 !>
-!> Contacts are compared along strips, where a line contact that passes a segment boundary is one contact. A contact behind the
-!> change continues a contact with the same obstacle before it if they overlap or are near, or if the edit of the set kept the
-!> contact's number; it may have moved far since. A node clamped on an obstacle, without contact beside it, is no contact.
+!> Contacts are compared along strips, where a line contact that passes a segment boundary is one contact. A contact after the
+!> change continues a contact before it if both touch the same obstacle and overlap or are near. It also continues that contact if
+!> the edit of the set kept the contact's number, because it may have moved far since. A node clamped on an obstacle, without
+!> contact beside it, is no contact.
 module set_differences
    use kinds, only: wp
    use problem, only: problem_t
@@ -20,9 +21,9 @@ module set_differences
 contains
 
    !> Labels the change from the present contact set to the next one, and numbers the contact spans of the next set. Contact is
-   !> gained (C+) where a contact continues none, or several that merge; it is lost (C-) where a contact is continued by none, or by
-   !> several (it splits); if contacts are gained and lost at once, the larger number counts. A contact that only moves gives no
-   !> label.
+   !> gained (C+) where a contact of the next set continues no present contact, or several that merge. Contact is lost (C-) where no
+   !> contact continues a present one, or several do (it splits); if contacts are gained and lost at once, the larger number counts.
+   !> A contact that only moves gives no label.
    subroutine label_and_number(problem, state, near, last, now, next)
       type(problem_t), intent(in) :: problem       !! with the present set
       type(state_t), intent(in) :: state           !! of `problem`, at the change
@@ -78,11 +79,11 @@ contains
       set = pack(set, set%line .or. .not. [(is_supported(problem, state, set(k)%candidate(1)), k=1, size(set))])
    end function contacts
 
-   !> (before, now) true: a contact continues one of the contacts before. The contacts of either set may reach beyond their ends by
-   !> `near`, at most to the middle between two of the set.
+   !> Matrix (before, now), true: the contact of the set `now` continues that of the set `before`. For this comparison the contacts
+   !> of either set are widened at both ends by `near`, at most to the middle between two contacts of the same set.
    function continued(strip, near, before, now) result(same)
       type(strip_t), intent(in) :: strip(:)
-      real(wp), intent(in) :: near                 !! as in label_and_number
+      real(wp), intent(in) :: near                 !! distance within which one contact continues another / length of the strip
       type(contact_span_t), intent(in) :: before(:), now(:) !! contacts on strips
       logical :: same(size(before), size(now))
       same = overlap(before, now) .or. transpose(overlap(now, before))
@@ -131,11 +132,11 @@ contains
       end do
    end function same_number
 
-   !> Continuing contact spans keep their numbers; of several that continue one span the first on the same rod segment does. All
-   !> others are new.
+   !> Numbers the contact spans of the next set. A span that continues another keeps its number. If several continue one span, the
+   !> first on the same rod segment keeps the number. All other spans are new.
    pure subroutine number_spans(before, same, last, now)
       type(contact_span_t), intent(in) :: before(:)
-      logical, intent(in) :: same(:, :)            !! (before, now) as in continued
+      logical, intent(in) :: same(:, :)            !! (before, now) true: the span continues that before the change
       integer, intent(in) :: last                  !! last number given
       type(contact_span_t), intent(inout) :: now(:)
       logical :: taken(size(before))

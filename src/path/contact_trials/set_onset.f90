@@ -1,5 +1,5 @@
-!> Onset of a contact set that is known at a point further on: the set is followed back along its path, and the first zero of its
-!> tests is located as on any increment.
+!> Onset of a contact set: the point of the path at which the set becomes valid. The set is known at a point further along the path;
+!> from there it is followed back, and the first zero of its tests is located as on any increment.
 module set_onset
    use kinds, only: wp
    use model, only: step_t, method_load
@@ -21,12 +21,13 @@ module set_onset
    private
    public :: find_onset, go_back
 
-   ! Half and twice each of these values change none of 146 decks of the tests.
-   real(wp), parameter :: onset_tolerance = 1.0e-3_wp !! tolerance of an onset, which is sought over many increments, over that of
-   !! an event on one increment
-   integer, parameter :: most_halvings = 20 !! halvings of the load interval: to a millionth of it
+   ! With half or twice each of these values none of 146 decks of the tests changes.
+   real(wp), parameter :: onset_tolerance = 1.0e-3_wp !! tolerance of an onset / tolerance of an event: an onset is sought over many
+   !! increments, an event on one
+   integer, parameter :: most_halvings = 20 !! largest number of halvings of the load interval, which then has a millionth of its
+   !! first length
    real(wp), parameter :: shorter = 0.1_wp !! least length of a new contact or free span at its onset, over the least length
-   !! elsewhere (least_length): there it is zero, but for the tolerance of the onset
+   !! elsewhere (least_length): at the exact onset the length is zero
 
 contains
 
@@ -35,10 +36,10 @@ contains
       type(step_t), intent(in) :: step
       type(change_place_t), intent(in) :: here   !! with the present set
       type(path_state_t), intent(in) :: run      !! the last point at which the present set is known to be valid
-      type(other_set_t), intent(inout) :: next  !! in: the set at a point where its tests are satisfied, with its path tangent;
-      !! out: at its onset, its test the one that is zero there; at the nearest valid point if the zero is not located
-      logical, intent(out) :: ahead              !! false: the set belongs to another path: it begins behind the run's point, or is
-      !! valid there with another equilibrium
+      type(other_set_t), intent(inout) :: next !! in: the set at a point where its tests are satisfied, with its path tangent; out:
+      !! at its onset, where its test `next%test` is zero; at the nearest valid point if this zero is not located
+      logical, intent(out) :: ahead !! false: the set belongs to another path: it begins before the run's point, or is valid at the
+      !! load of this point with another equilibrium
       type(path_state_t) :: back
       type(path_point_t) :: trial
       type(other_set_t) :: outside
@@ -46,7 +47,7 @@ contains
       type(change_t) :: change
       type(other_set_t) :: known
       type(step_t) :: fine
-      logical :: closed                          ! the set differs from the present one by free spans whose gap is rounding
+      logical :: closed                          ! true: the set lacks only free spans of the present set whose gap is rounding
       closed = here%situation == before_closing
       if (closed) closed = all(abs(here%closing%value) * here%problem%size <= rounding_gap(here%problem))
       ahead = .not. valid_elsewhere()
@@ -76,10 +77,10 @@ contains
          next%path_point_t = change%point
          next%test = change%which
       else if (change%kind == change_located .and. is_length(interval%before(change%which)%kind)) then
-         ! Near its zero a length is too short for a mesh: the nearest valid point is there, up to the least length.
+         ! A length is too short for a mesh before it is zero: the nearest valid point is the onset, but for the least length.
          next%test = change%which
       else
-         ! No equilibrium may converge where a contact osculates.
+         ! Newton's method may not converge where a contact osculates, that is, where the rod is as curved as its obstacle.
          call go_back(outside%state%load_factor, next)
       end if
       next%tangent = tangent_along(next, displacement_between(next%problem, next%state, known%state), &
@@ -88,13 +89,14 @@ contains
 
    contains
 
-      !> True if the set is at a load that the path reaches behind the run's point.
+      !> True if the path reaches the load of the set after the run's point, not before it.
       pure logical function lies_ahead()
          lies_ahead = (next%state%load_factor - run%last%state%load_factor) * run%last%tangent%load >= 0.0_wp
       end function lies_ahead
 
-      !> True if the set is valid at the load of the run's point, with another equilibrium. With and without a closed span the
-      !> equilibrium is the same, up to the errors of the meshes of both sets: the accuracy that the deck asks for.
+      !> True if the set is valid at the load of the run's point, with another equilibrium. If the sets differ only by closed spans,
+      !> their equilibrium is the same, but for the errors of their meshes. Equilibria then count as different only if they differ
+      !> by more than the accuracy that the deck asks for.
       logical function valid_elsewhere() result(elsewhere)
          type(other_set_t) :: there
          type(span_test_t), allocatable :: tests(:)
@@ -111,7 +113,7 @@ contains
          end associate
       end function valid_elsewhere
 
-      !> Path tangent of the set, from its valid point to the other one.
+      !> Path tangent of the set at a point, in the sense from its valid point to the point where it fails.
       function heading(at) result(tangent)
          type(other_set_t), intent(in) :: at
          type(path_tangent_t) :: tangent
@@ -121,13 +123,14 @@ contains
    end subroutine find_onset
 
    !> Moves the next set from a point of its path back towards a load factor, as far as the set is valid, by halving the load
-   !> interval. At the change itself a new contact or free span has zero length, so shorter ones than elsewhere are valid.
+   !> interval. At the change itself a new contact or free span has zero length, so a shorter length than elsewhere is valid there.
    subroutine go_back(to, next, outside)
       real(wp), intent(in) :: to
-      type(other_set_t), intent(inout) :: next  !! in: the next set at a point further on; out: at the farthest point back that
-      !! was found valid
-      type(other_set_t), intent(out), optional :: outside !! the set at an equilibrium beyond its onset, where a test fails; its
-      !! state is not allocated if none was found. Present: the interval is halved until there is one
+      type(other_set_t), intent(inout) :: next !! in: the next set at a point further along its path; out: at the point farthest
+      !! back that was found valid
+      type(other_set_t), intent(out), optional :: outside !! the set at an equilibrium before its onset, where a test fails; its
+      !! state is not allocated if none was found. If this argument is present, the interval is halved only until such an
+      !! equilibrium is found
       real(wp) :: fails                    ! load factor at which the set fails
       integer :: try
       logical :: valid

@@ -1,8 +1,8 @@
-!> Equilibrium of a neighbour of the present contact set (neighbours). The places of the ends beside a new contact or free span are
-!> prescribed, and the load factor is unknown: near a new contact of zero length, or a free span that just opens, the load hardly
-!> changes with the length, so that the load does not determine the equilibrium, but the length does. An edit without a new contact
-!> or free span (a contact ends, a free span closes) has no length to prescribe: its equilibrium is sought at the same load factor
-!> or, where the path is smooth, in the plane normal to the path.
+!> Equilibrium of a neighbour of the present contact set, that is, a set that differs from it by one edit (neighbours). The places
+!> of the ends beside a new contact or free span are prescribed, and the load factor is unknown: near a new contact of zero length,
+!> or a free span that just opens, the load hardly changes with the length, so that the load does not determine the equilibrium, but
+!> the length does. An edit without a new contact or free span (a contact ends, a free span closes) has no length to prescribe: its
+!> equilibrium is sought at the same load factor or, where the path is smooth, in the plane normal to the path.
 module set_trial
    use kinds, only: wp
    use model, only: method_load
@@ -26,7 +26,7 @@ module set_trial
    private
    public :: solve_neighbour
 
-   ! Half and twice each of these values change no run of a sample of the tests.
+   ! With half or twice each of these values no run of a sample of the tests changes.
    real(wp), parameter :: unbalanced = 1.0e-6_wp !! largest relative residual of an equilibrium, far above that of the corrector
    real(wp), parameter :: difference = 1.0e-4_wp !! step for finite differences, as a share of a load increment
 
@@ -35,7 +35,7 @@ contains
    !> Finds the equilibrium of a neighbour of a contact set.
    subroutine solve_neighbour(here, from, neighbour, trial, found)
       type(change_place_t), intent(in) :: here   !! the run's point, with its path tangent
-      type(tried_set_t), intent(in) :: from      !! the set of which it is a neighbour, at the equilibrium that is the first guess
+      type(tried_set_t), intent(in) :: from      !! the set that is edited, at its equilibrium, which is the first guess
       type(neighbour_t), intent(in) :: neighbour
       type(tried_set_t), intent(inout) :: trial  !! out: the neighbour's equilibrium, its system factored there, and the load factor
       !! of the equilibrium whose set was edited
@@ -55,7 +55,8 @@ contains
             found = .not. neighbour%beyond
             if (found) call find_equilibrium(next, found, plane_at(here, next))
             if (.not. found .and. first .and. allocated(here%beyond)) then
-               ! Without forces at the change a free span has no definite equilibrium.
+               ! Where no force acts at the change, the place of a free span is undetermined: the equilibrium beyond the change is
+               ! the guess.
                contact_span = moved_beyond(here, next%problem%contact_span)
                found = .not. any_overlap(contact_span)
                if (.not. found) return
@@ -74,13 +75,13 @@ contains
          end if
          if (.not. found) return
          call linearise(next%problem, next%state, next%state, next%system)
-         ! Fixed touchdown points might carry forces that free ones cannot.
+         ! A state found with fixed touchdown points may need forces that free touchdown points cannot carry.
          found = next%system%ok .and. max(next%system%force_residual, next%system%defect_residual) <= unbalanced
       end associate
    end subroutine solve_neighbour
 
-   !> Contact spans of a neighbour whose ends are moved along with the present spans, to the equilibrium beyond the
-   !> change.
+   !> Contact spans of a neighbour, carried to the equilibrium beyond the change: each end keeps its relative place on the present
+   !> contact span on which it lies.
    function moved_beyond(here, contact_span) result(moved)
       type(change_place_t), intent(in) :: here
       type(contact_span_t), intent(in) :: contact_span(:)
@@ -119,7 +120,8 @@ contains
    end function any_overlap
 
    !> Plane in which the equilibrium of another set is sought: normal to the path tangent at the run's point where the path is
-   !> smooth. At a kink the tangent says nothing of the path of the other set, and the load is the unknown.
+   !> smooth. At a kink, a sharp turn of the path, the tangent says nothing about the path of the other set; the plane is then one
+   !> of constant load.
    function plane_at(here, next) result(plane)
       type(change_place_t), intent(in) :: here
       type(other_set_t), intent(in) :: next
@@ -131,13 +133,13 @@ contains
          heading%load = here%tangent%load
          plane = normal_plane(next%problem, next%state, heading)
       end if
-      ! Rounding is measured by the whole displacement or load.
+      ! Rounding errors are judged relative to the whole displacement or load.
       plane%whole = next%state%load_factor
       if (plane%method /= method_load) plane%whole = sqrt(metric(next%problem, next%state%u, next%state%u))
    end function plane_at
 
-   !> Distance normal to this plane over which the load factor changes by a typical increment, or the whole displacement if that is
-   !> shorter.
+   !> Step from one such plane to the next, for finite differences: the load factor changes over it by a typical increment. In the
+   !> normal plane the step is at most the whole displacement.
    real(wp) function distance_at(here, plane) result(distance)
       type(change_place_t), intent(in) :: here
       type(control_t), intent(in) :: plane
@@ -147,8 +149,8 @@ contains
       if (distance * abs(plane%tangent_load) > here%least_load) distance = here%least_load / abs(plane%tangent_load)
    end function distance_at
 
-   !> Candidates (touchdown nodes) at the ends with prescribed places; 0: no end is prescribed, or it is fixed at a segment
-   !> boundary.
+   !> Candidates (touchdown nodes) at the ends with prescribed places; 0: no end is prescribed, or the prescribed end is fixed at a
+   !> segment boundary.
    function held_ends(next, strip, neighbour) result(ends)
       type(other_set_t), intent(in) :: next
       type(strip_t), intent(in) :: strip(:)

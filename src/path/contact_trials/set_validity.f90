@@ -4,7 +4,7 @@
 !>
 !>   check              condition                                              kink  smooth  closing  no increment
 !>   moves_little       the rod moves no more than a path can                   x      x        x          x
-!>   goes_on_smoothly   it lies ahead, and no pivot has changed its sign        n      n
+!>   goes_on_smoothly   its equilibrium is ahead; no pivot has changed sign     n      n
 !>   gaps_are_open      free spans are open, new ones by more than rounding     n      n        n          n
 !>   complement_grows   a contact that began is pressed, an open gap grows      x
 !>   on_path            within reach of the last increment, or ahead                            x          x
@@ -12,13 +12,14 @@
 !>   onset              the set begins ahead of the point (set_onset)                           x       if it turns
 !>   senses tried       along the path and back                                 2      1        2          2 (n: 1)
 !>
-!> A set with a new length is smooth: the path arrives at the change with the tangent with which it leaves it. The set therefore
-!> continues in the same sense, and its tests decide at its own equilibrium, behind the change. Where a contact force, a gap, a
-!> couple or a free span vanishes the path has a kink, and both senses are tried: in the wrong one the tests fail. If the structure
-!> is stable with an open gap, the load goes on when the gap closes, because the rate complementarity problem then has one solution;
-!> only this sense is tried.
+!> A set with a new length makes no kink: the path has the same tangent before and after the change. The path therefore continues
+!> with this set in the same sense, and the set is judged by its tests at its own equilibrium after the change. Where a contact
+!> force, a gap, a couple or a free span vanishes the path has a kink, and both senses are tried: in the wrong one the tests fail.
+!> If the structure is stable with an open gap, the load goes on when the gap closes, because the rate complementarity problem then
+!> has one solution; only this sense is tried.
 !>
-!> The step grows as long as the failing tests rise, because on another mesh a set may become valid a little later.
+!> The step along the set's path is made longer as long as the failing tests rise, because on another mesh a set may become valid a
+!> little later.
 module set_validity
    use kinds, only: wp
    use model, only: step_t
@@ -42,25 +43,25 @@ module set_validity
    private
    public :: moves_little, verify, load_changes, is_far_enough, step_ahead
 
-   ! Half and twice each of these values change no run of a sample of the tests; only with twice `farthest` one takes a set of
-   ! another path.
-   ! Displacement as a share of the structure's size:
+   ! Half and twice each of these values change no run of a sample of the tests, but for one: with twice `farthest` this run takes a
+   ! set of another path. Displacement as a share of the structure's size:
    real(wp), parameter :: another = 3.0e-3_wp     !! an equilibrium farther from the run's point is on another path
    ! Path lengths as shares of the total displacement, or of the load factor if nothing is displaced (step_off):
    real(wp), parameter :: step_ahead(3) = [1.0e-4_wp, 1.0e-3_wp, 1.0e-2_wp]  !! distances from the equilibrium at which
    !! the tests decide whether a set is valid
    real(wp), parameter :: farthest = 0.2_wp  !! largest relative change of the load factor from the run's point to another set
 
-   real(wp), parameter :: beyond_zero = 1.1_wp    !! distance of the next step / distance at which the tests are zero by
-   !! extrapolation: a tenth beyond it they are positive
-   real(wp), parameter :: like_increment = 0.9_wp !! way from a change to an equilibrium / way to the end of the increment on which
-   !! the change was located: from there increments of the same length converge
+   real(wp), parameter :: beyond_zero = 1.1_wp !! length of the next step / distance at which the tests are zero by extrapolation: a
+   !! tenth further on they are positive
+   real(wp), parameter :: like_increment = 0.9_wp !! load change from a located change to an equilibrium / load change up to the end
+   !! of the increment on which it was located: from such an equilibrium, increments of the same length converge
 
 contains
 
    !> True if an equilibrium is near enough to be on the same path: displacements and load factor differ by less than fixed bounds
-   !> from those of the run's point, or of the equilibrium of the present set beyond the change. (Behind increments with contact at
-   !> nodes an equilibrium may be farther, but the load has changed, too: there their ratio decides, see set_at_nodes.)
+   !> from those of the run's point, or of the equilibrium of the present set beyond the change. (An equilibrium found by increments
+   !> with contact at nodes may be farther, but the load has changed, too; there the ratio of displacement to load decides, see
+   !> set_at_nodes.)
    logical function moves_little(here, next)
       type(change_place_t), intent(in) :: here
       type(other_set_t), intent(in) :: next
@@ -92,7 +93,7 @@ contains
       type(change_place_t), intent(in) :: here
       type(tried_set_t), intent(inout) :: trial       !! in: set with its equilibrium, its edits and whether it is sized
       integer :: sense
-      logical :: decides                          ! a new length: the tests decide at the set's own equilibrium
+      logical :: decides                          ! true: one edit and a new length: the tests at the set's own equilibrium decide
       decides = trial%sized .and. trial%edits == 1
       trial%valid = .false.
       trial%passes_limit = .false.
@@ -115,7 +116,7 @@ contains
       end associate
    end subroutine verify
 
-   !> Makes a set valid if its tests hold at its equilibrium.
+   !> Marks a set as valid if its tests are satisfied at its equilibrium.
    subroutine verify_at_equilibrium(here, trial)
       type(change_place_t), intent(in) :: here
       type(tried_set_t), intent(inout) :: trial
@@ -129,16 +130,16 @@ contains
       trial%there = trial%set%path_point_t
    end subroutine verify_at_equilibrium
 
-   !> Makes a set valid if its tests hold a step along its path, and notes the tests that fail at the first step.
+   !> Marks a set as valid if its tests are satisfied a short step along its path. Notes the tests that fail at the first step.
    subroutine verify_onward(run, here, decides, trial)
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here
-      logical, intent(in) :: decides              !! the tests decide at the equilibrium
+      logical, intent(in) :: decides              !! true: the tests at the set's equilibrium decide
       type(tried_set_t), intent(inout) :: trial   !! with its path tangent
       type(other_set_t) :: there
       type(span_test_t), allocatable :: tests(:)
-      real(wp) :: least, before                   ! least value of the tests at the last point and at the set's first equilibrium
-      real(wp) :: distance, onset                 ! from the first equilibrium to the last point, and to where the tests hold
+      real(wp) :: least, before                   ! least value of the tests at the last step and at the set's first equilibrium
+      real(wp) :: distance, onset                 ! from the first equilibrium: to the step's end, and to where tests should pass
       integer :: k
       associate (set => trial%set)
          call copy_other_set(set, there)
@@ -154,8 +155,8 @@ contains
                if (decides) then
                   if (.not. gaps_are_open(here, trial, there, tests)) return
                end if
-               ! Where no change is located, a node of contact at nodes that pulls or penetrates may hold further along the path:
-               ! the next longer step is tried.
+               ! Where no change is located, a contact at a node may have the wrong sign of force or gap here, but the right sign
+               ! further along the path: a longer step is tried.
                if (.not. (here%at_change() .or. contact_holds(there%problem, there%state, there%system))) cycle
                trial%valid = complement_grows(here, trial, there)
                if (trial%valid) trial%valid = on_path(run, here, there)
@@ -170,15 +171,15 @@ contains
                trial%fails_at = there%state
             end if
             if (worst(tests) <= least) return
-            ! The set without a closing span may begin far ahead: its tests rise linearly.
+            ! The set without a closing span may begin far ahead. Its tests rise linearly, which gives the length of the next step.
             if (here%situation == before_closing) onset = beyond_zero * distance * before / (before - worst(tests))
             least = worst(tests)
          end do
       end associate
    end subroutine verify_onward
 
-   !> True if the load is certain to go on in the same sense behind the change: a gap closes, and the structure without this contact
-   !> is stable.
+   !> True if the load is certain to go on in the same sense after the change: a gap closes there, and the structure without this
+   !> contact is stable.
    pure logical function load_goes_on(here)
       type(change_place_t), intent(in) :: here
       load_goes_on = here%at_change()
@@ -192,8 +193,9 @@ contains
       tangent%load = -tangent%load
    end subroutine reverse
 
-   !> Moves the first equilibrium of a valid set to the set's onset. The set without a closing free span is sought before a test
-   !> fails, and must begin ahead. So must a set with which the load turns back: the path has not passed its onset.
+   !> Moves the first equilibrium of a valid set to the set's onset. A set without a closing free span is sought before a test
+   !> fails, so it must begin ahead. A set with which the path turns back must begin ahead, too, because the path has not passed its
+   !> onset yet.
    subroutine begin_at_onset(step, run, here, trial)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
@@ -223,9 +225,9 @@ contains
       end associate
    end subroutine begin_at_onset
 
-   !> True if an equilibrium lies on the run's path, and not on another one that Newton's method has found: it is at the located
-   !> change, no further than the longest next increment, or ahead in the direction of the path (reachability). Other paths may be
-   !> near: a stocky column beside a wall is displaced along its axis by much more than it bends.
+   !> True if an equilibrium lies on the run's path, and not on another one that Newton's method has found: it belongs to a located
+   !> change, or is no further than the longest next increment, or lies ahead in the direction of the path (reachability). Other
+   !> paths may be near: a stocky column beside a wall is displaced along its axis by much more than it bends.
    logical function on_path(run, here, there)
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here
@@ -237,7 +239,7 @@ contains
    end function on_path
 
    !> True if a set with a new contact or free span of a prescribed length continues the path at a located change smoothly: its
-   !> equilibrium lies ahead, and no eigenvalue has changed its sign.
+   !> equilibrium lies ahead, and no eigenvalue has changed its sign from that at the change.
    logical function goes_on_smoothly(here, next) result(smoothly)
       type(change_place_t), intent(in) :: here
       type(other_set_t), intent(in) :: next  !! with its path tangent, in the direction in which the path arrives at `here`
@@ -247,14 +249,14 @@ contains
    end function goes_on_smoothly
 
    !> True if no gap of a free span beside a contact has the wrong sign. The gap of a span that just opened is smaller than the
-   !> slack of its test, but it must be larger than rounding, because a rod that lies along a straight obstacle between two points
-   !> without force has no free span there. The gap may be as small as rounding if the load has changed since the contact force in
-   !> the span's place became tensile: gap and contact force are complementary.
+   !> slack of its test. This gap must nevertheless be larger than rounding: a rod that lies along a straight obstacle between two
+   !> points without force has no free span there. The gap may be as small as rounding only if the load has changed since the
+   !> contact force in the span's place became tensile, because gap and contact force are complementary.
    logical function gaps_are_open(here, trial, next, tests) result(open)
       type(change_place_t), intent(in) :: here
       type(tried_set_t), intent(in) :: trial
       type(other_set_t), intent(in) :: next  !! the set at its first equilibrium, or a short step further
-      type(span_test_t), intent(in) :: tests(:)   !! its tests there
+      type(span_test_t), intent(in) :: tests(:)   !! tests of the set at this equilibrium
       real(wp) :: least
       least = -rounding_gap(next%problem)
       if (any(trial%edit == [edit_part, edit_open, edit_end_off, edit_rise])) then
@@ -277,8 +279,8 @@ contains
       load_changes = abs(next%state%load_factor - here%state%load_factor) > least_part * here%least_load
    end function load_changes
 
-   !> True if an equilibrium is so far from the change that increments of the present length converge from it. Where a line contact
-   !> lifts off, its free span must be about as long as that at the end of the increment.
+   !> True if an equilibrium is so far from the change that increments of the present length converge from it. This is required
+   !> where a line contact lifts off: its free span must be about as long as that at the end of the increment.
    pure logical function is_far_enough(here, next)
       type(change_place_t), intent(in) :: here
       type(other_set_t), intent(in) :: next
@@ -287,7 +289,7 @@ contains
          & here%state%load_factor) >= like_increment * abs(here%beyond%load_factor - here%state%load_factor)
    end function is_far_enough
 
-   !> Least value of the tests as a multiple of its slack; 0 if none is negative.
+   !> Least value of the tests, each divided by the slack of its kind; 0 if no test is negative.
    pure real(wp) function worst(tests)
       type(span_test_t), intent(in) :: tests(:)
       worst = minval([0.0_wp, tests%value / max(test_slack(tests%kind), epsilon(worst))])

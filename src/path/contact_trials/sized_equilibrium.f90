@@ -19,32 +19,35 @@ module sized_equilibrium
    private
    public :: solve_sized
 
-   ! Half and twice each of these values change no run of a sample of the tests.
+   ! With half or twice each of these values no run of a sample of the tests changes.
    integer, parameter :: max_iterations = 20
-   integer, parameter :: renewed_after = 6      !! iterations after which the matrix is made of differences again
-   real(wp), parameter :: small = 1.0e-5_wp     !! moves of the last iteration, in steps for finite differences
-   real(wp), parameter :: settled = 1.0e-8_wp   !! largest error then, as a share of the first one
-   real(wp), parameter :: near = 0.1_wp         !! largest error, as a share of the first one, from which Newton's method with free
-   !! touchdown points does the rest
-   real(wp), parameter :: farthest = 1.0e6_wp   !! distance along the path in one iteration / its step for finite differences
+   integer, parameter :: renewed_after = 6      !! iterations after which the matrix is computed from finite differences again
+   real(wp), parameter :: small = 1.0e-5_wp     !! largest last move of an unknown / its step for finite differences
+   real(wp), parameter :: settled = 1.0e-8_wp   !! largest error in the last iteration, as a share of the first error
+   real(wp), parameter :: near = 0.1_wp !! largest error, as a share of the first error, from which Newton's method with free
+   !! touchdown points completes the solution
+   real(wp), parameter :: farthest = 1.0e6_wp !! longest move along the path in one iteration / step along the path for finite
+   !! differences
    real(wp), parameter :: rounding = 1.0e3_wp * epsilon(1.0_wp) !! rounding error of a rotation [rad]
 
    real(wp), parameter :: part_of_span = 1.0e-3_wp !! largest step of a place for finite differences / length of a span beside it
-   real(wp), parameter :: shorter = 0.25_wp     !! factor on a move for which no equilibrium is found or errors grow
-   integer, parameter :: most_cuts = 5          !! number of times that a step for finite differences is shortened by this factor
+   real(wp), parameter :: shorter = 0.25_wp !! factor by which a move is shortened if no equilibrium is found after it, or errors
+   !! grow
+   integer, parameter :: most_cuts = 5 !! largest number of times that a step for finite differences is multiplied by `shorter`
    real(wp), parameter :: sharper = 1.0e-4_wp !! residual of the equilibrium for given unknowns / tolerance of the step: a free span
    !! between straight walls resists a shift along itself by hardly more than its residual
-   real(wp), parameter :: neutral = 1.0e-8_wp   !! directions with smaller effect, as a share of the largest, are not moved
+   real(wp), parameter :: neutral = 1.0e-8_wp !! unknowns are not moved in directions with a smaller effect on the errors, as a
+   !! share of the largest effect
 
 contains
 
    !> Finds the equilibrium, with its load factor. Where the errors have become small but noise keeps the iteration from settling,
    !> for instance if a free span resists a shift along itself by hardly more than the residual, Newton's method with free touchdown
-   !> points finds an equilibrium near it, whose size differs a little from the prescribed one.
+   !> points finds an equilibrium nearby; its size then differs a little from the prescribed size.
    subroutine solve_sized(problem, held, system, plane, along, state, ok)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: held(2)            !! candidates of the ends with prescribed distance, or one end with prescribed place
-      !! and 0
+      integer, intent(in) :: held(2) !! candidates of the two ends whose distance is prescribed; or the candidate of an end whose
+      !! place is prescribed, and 0
       type(system_t), intent(inout) :: system
       type(control_t), intent(in) :: plane      !! plane normal to the path tangent, at the nodes of `state`
       real(wp), intent(in) :: along             !! step along the path tangent for finite differences
@@ -87,7 +90,7 @@ contains
 
    contains
 
-      !> Shortens the steps of places to a small part of the spans beside them.
+      !> Shortens the steps by which places are moved for finite differences to a small part of the spans beside them.
       subroutine shorten_steps()
          real(wp) :: distance(problem%candidates%n), part
          type(state_t) :: moved
@@ -116,7 +119,7 @@ contains
          end do
       end subroutine find_slopes
 
-      !> One iteration.
+      !> Makes one iteration: moves the unknowns and updates the matrix of derivatives.
       subroutine improve(done)
          logical, intent(out) :: done           !! true: moves and errors are small
          real(wp) :: move(n), changed(n), remaining(n), whole, size_of_move
@@ -125,7 +128,7 @@ contains
          call solve(error, move)
          if (.not. ok) return
          size_of_move = norm2(move / unit)
-         ! An equilibrium so far away is on another path.
+         ! A move that leads so far would end on another path.
          ok = abs(move(n)) <= farthest * along
          if (.not. ok) return
          whole = part_allowed(move)
@@ -133,12 +136,12 @@ contains
          other = state
          do
             call go_by(move, other, state, changed)
-            ! Steps for finite differences are short enough.
+            ! A move no longer than the steps for finite differences is accepted without a check.
             if (all(abs(move) <= unit)) exit
             if (ok) then
                if (maxval(abs(changed)) <= maxval(abs(error))) exit
-               ! Errors of different touchdown points differ by powers of the prescribed length; they may grow if the remaining move
-               ! becomes shorter (natural monotonicity, Deuflhard 1974).
+               ! Errors of different touchdown points differ by powers of the prescribed length; therefore errors may grow if the
+               ! move that would remove them becomes shorter (natural monotonicity, Deuflhard 1974).
                call solve(changed, remaining)
                if (.not. ok) return
                if (norm2(remaining / unit) <= size_of_move) exit
@@ -168,7 +171,7 @@ contains
          move = move / effect
       end subroutine solve
 
-      !> Finds the equilibrium after a change of the unknowns; the distance along the path comes last.
+      !> Finds the equilibrium after a change of the unknowns, of which the distance along the path is the last.
       subroutine go_by(change, from, to, error)
          real(wp), intent(in) :: change(:)
          type(state_t), intent(in) :: from
@@ -204,7 +207,7 @@ contains
          if (all_held()) distance(held) = change(k + 1)
       end function distances
 
-      !> Part of a move by which every span keeps a part of its length.
+      !> Largest part of a move, at most 1, after which every span still has a part of its length.
       real(wp) function part_allowed(move) result(part)
          real(wp), intent(in) :: move(:)
          real(wp), dimension(problem%candidates%n) :: whole, reduced

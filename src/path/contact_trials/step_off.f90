@@ -18,8 +18,8 @@ module step_off
 
 contains
 
-   !> Path tangent of a set at its equilibrium, oriented along a given direction: displacements and load factor are measured by
-   !> their present values, as in `step_by`.
+   !> Path tangent of a set at its equilibrium, oriented along a given direction: displacements and load factor are measured in
+   !> units of their present values.
    function tangent_along(next, direction, load) result(heading)
       type(other_set_t), intent(in) :: next           !! system factored
       real(wp), intent(in) :: direction(:, :)    !! (3, nodes of next)
@@ -31,18 +31,18 @@ contains
       heading%load = -heading%load
    end function tangent_along
 
-   !> Product of a path tangent and a direction, both measured by the present displacements and load factor.
+   !> Product of a path tangent and a direction, with displacements and load factor in units of their present values.
    real(wp) function along(next, heading, direction, load, whole_load)
       type(other_set_t), intent(in) :: next
       type(path_tangent_t), intent(in) :: heading
       real(wp), intent(in) :: direction(:, :)    !! (3, nodes of next)
       real(wp), intent(in) :: load               !! load factor's component of the direction
-      real(wp), intent(in) :: whole_load         !! load factor by which loads are measured
+      real(wp), intent(in) :: whole_load         !! unit of load factors in the product
       along = metric(next%problem, heading%u, direction) / whole_square(next) + heading%load * load / &
          & max(whole_load**2, sqrt(tiny(load)))
    end function along
 
-   !> Square of the total displacement; at least the square of the smallest displacement that half of the digits resolve.
+   !> Square of the total displacement; at least the square of the smallest displacement that half of the decimal digits resolve.
    real(wp) function whole_square(next)
       type(other_set_t), intent(in) :: next
       whole_square = max(metric(next%problem, next%state%u, next%state%u), epsilon(whole_square))
@@ -65,7 +65,8 @@ contains
          else
             plane%increment = distance * sqrt(whole_square(next))
          end if
-         ! Rounding of the residual is measured by the whole displacement or load, because the step may be arbitrarily small.
+         ! The rounding error of the residual is judged relative to the whole displacement or load, because the step may be
+         ! arbitrarily small.
          plane%whole = plane%increment / distance
          state = next%state
          call correct(problem, next%state, plane, .true., state, system, report)

@@ -1,5 +1,5 @@
-!> What is known while another contact set is sought: the point of the path from which it is sought, in one of four situations; each
-!> set that is tried, with its equilibrium and the verdict of its tests; and the set with which the path continues. The points of a
+!> Data of the search for another contact set: the point of the path from which the search starts, in one of four situations; each
+!> set that is tried, with its equilibrium and the result of its tests; and the set with which the path continues. The points of a
 !> set along its path, away from the change:
 !>
 !>     change ---------- first ------------ there -------------------- onward
@@ -26,18 +26,19 @@ module tried_sets
    ! Situations in which another contact set is sought.
    integer, parameter :: at_kink = 1          !! at a located change where a gap, the force of a point, a couple or a free span
    !! vanishes: gap and force are complementary, and the path turns sharply
-   integer, parameter :: at_smooth_change = 2 !! at a located change of another kind: what is new begins with zero length, and the
-   !! tangent of the path is that of both sets
+   integer, parameter :: at_smooth_change = 2 !! at a located change of another kind: a new contact or free span begins with zero
+   !! length, and the path has the same tangent with both sets
    integer, parameter :: before_closing = 3   !! before or at a point at which free spans vanish
    integer, parameter :: no_increment = 4     !! at a point from which no increment converges
 
    !> The run's point, from which another contact set is sought.
    type, extends(other_set_t) :: change_place_t
-      real(wp) :: least_load = 0.0_wp             !! least reference value for changes of the load factor
-      real(wp) :: travelled = 0.0_wp              !! length of the path behind this point, as a displacement: a structure may be
-      !! back where it was
-      integer :: situation = no_increment         !! one of the four constants above
-      type(span_test_t), allocatable :: zero(:)   !! tests that are zero at a located change, the located one first
+      real(wp) :: least_load = 0.0_wp             !! smallest unit in which changes of the load factor are measured
+      real(wp) :: travelled = 0.0_wp !! length of the path up to this point, as a displacement: it may be large although the
+      !! structure is back where it was
+      integer :: situation = no_increment         !! at_kink, at_smooth_change, before_closing or no_increment
+      type(span_test_t), allocatable :: zero(:) !! tests that are zero at a located change; the test by which it was located comes
+      !! first
       type(span_test_t), allocatable :: closing(:) !! before_closing: tests of the free spans that vanish
       type(strip_t), allocatable :: strip(:)      !! strips of the structure, along which contact sets are edited
       integer :: spans_begun = 0                  !! last number given to a contact span
@@ -49,8 +50,8 @@ module tried_sets
 
    !> A contact set that is tried, with an equilibrium.
    type :: tried_set_t
-      type(other_set_t) :: set  !! its first equilibrium, in which a new contact or free span has a prescribed
-      !! length; the path tangent points onward
+      type(other_set_t) :: set !! the set at its first equilibrium, in which a new contact or free span has a prescribed length; the
+      !! path tangent points onward
       real(wp) :: edited_at = 0.0_wp              !! load factor of the equilibrium whose set was edited
       logical :: sized = .false.                  !! true: a length is prescribed
       integer :: edits = 0                        !! edits by which the set differs from the present one
@@ -61,25 +62,25 @@ module tried_sets
       logical :: passes_limit = .false.           !! valid: a limit point lies between the change and the first equilibrium
       type(path_point_t) :: there                 !! valid: equilibrium at which the tests are satisfied, a short step further
       type(span_test_t), allocatable :: fails(:)  !! not valid: the tests that fail
-      type(state_t) :: fails_at                   !! and the state at which they fail
+      type(state_t) :: fails_at                   !! not valid: the state at which these tests fail
    end type tried_set_t
 
    !> The contact set with which the path continues.
    type :: next_set_t
       logical :: found = .false.                  !! false: no set was found, and the other components are undefined
-      type(other_set_t) :: first                  !! its first equilibrium, labelled as a change of contact. At a located change
-      !! all its tests are satisfied there; else it is the set's onset
-      type(other_set_t) :: onward                 !! a point further on, where all its tests are satisfied and from which
-      !! increments can go on; without label; may be the same as `first`
+      type(other_set_t) :: first !! first equilibrium of the set, labelled as a change of contact. At a located change, all tests of
+      !! the set are satisfied at this equilibrium; otherwise it is the set's onset
+      type(other_set_t) :: onward !! equilibrium further along the path, where all tests of the set are satisfied and from which
+      !! increments can go on; it has no label and may be equal to `first`
    end type next_set_t
 
 contains
 
-   !> The place from which another contact set is sought: a located change (`zero`), a point before which or at which free spans are
-   !> about to vanish (`closing`), or neither, a point from which no increment converges.
+   !> The place from which another contact set is sought: a located change (`zero`), a point at which or soon after which free spans
+   !> vanish (`closing`), or, without both arguments, a point from which no increment converges.
    function new_change_place(problem, step, run, point, zero, beyond, closing) result(here)
       type(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step            !! its first increment is a scale of load changes
+      type(step_t), intent(in) :: step            !! step of the deck; its first increment serves as a scale of load changes
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: point     !! on the path of the present set, at the run's point or further on
       type(span_test_t), intent(in), optional :: zero(:) !! tests that are zero at the point, if the change is located there
@@ -114,13 +115,13 @@ contains
    end function at_change
 
    !> True if the signs of the pivots of the present set's stiffness are certain. An osculating contact may move along the rod
-   !> without change of force, so that the sign of a pivot is rounding.
+   !> without change of force, so that rounding decides the sign of a pivot.
    pure logical function pivots_are_reliable(here)
       class(change_place_t), intent(in) :: here   !! at a located change
       pivots_are_reliable = here%zero(1)%kind /= test_curvature
    end function pivots_are_reliable
 
-   !> Copies a trial; a procedure for the reason given at copy_problem.
+   !> Copies a trial. A procedure, because the compiler would expand the copies of all components at each assignment.
    subroutine copy_trial(from, to)
       type(tried_set_t), intent(in) :: from
       type(tried_set_t), intent(inout) :: to

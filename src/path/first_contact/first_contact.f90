@@ -1,8 +1,8 @@
 !> Contact set just after a stress-free start.
 !>
-!> To first order the structure and its contacts respond proportionally to a small load. The LCP for one small load therefore gives
-!> the contact set with which every first increment of the same sign begins. Displacement control needs this set before the
-!> increment, because contacts that are closed at the start could prevent the prescribed displacement.
+!> To first order the structure and its contacts respond proportionally to a small load. The linear complementarity problem (LCP)
+!> for one small load therefore gives the contact set with which every first increment of the same sign begins. Displacement control
+!> needs this set before the increment, because contacts that are closed at the start could prevent the prescribed displacement.
 module first_contact
    use kinds, only: wp
    use model, only: method_load
@@ -28,7 +28,7 @@ contains
       real(wp), intent(in) :: increment          !! increment of the controlled quantity; only its sign is used
       type(state_t), intent(inout) :: state
       type(system_t), intent(inout) :: system    !! in/out: assembled and factored at `state`
-      integer, parameter :: max_rounds = 30      ! contact sets tried: nodes change a few at a time until the set repeats itself
+      integer, parameter :: max_rounds = 30 ! contact sets tried at most: a few nodes change at a time until the set stays the same
       real(wp), parameter :: small = sqrt(epsilon(1.0_wp)) !! load factor of the small load, under which a gap larger than rounding
       !! does not close; with values from 1.5E-9 to 1.5E-7 every deck in input has the same results
       type(state_t) :: trial

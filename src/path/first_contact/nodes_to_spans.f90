@@ -20,8 +20,8 @@ module nodes_to_spans
    private
    public :: find_spans_ahead, most_increments
 
-   integer, parameter :: open_nodes(3) = [1, 4, 16] !! largest numbers of consecutive open nodes that count as closed, as they are
-   !! tried. With half and twice these numbers none of 146 decks of the tests changes
+   integer, parameter :: open_nodes(3) = [1, 4, 16] !! largest counts of consecutive open nodes that count as closed, in the order
+   !! in which they are tried. With half and twice these numbers none of 146 decks of the tests changes
    integer, parameter :: most_increments = 24 !! largest number of increments with contact at nodes; with values from 12 to 48 every
    !! deck in input has the same results
 
@@ -73,7 +73,8 @@ contains
    end subroutine find_spans_ahead
 
    !> Finds contact spans that correspond to a converged state of contact at nodes, and their equilibrium at the same load. `found`
-   !> is false if the tests of the spans fail; slightly further along the path the nodes may represent contact spans better.
+   !> is false if the tests of the spans fail; a little further along the path the contact at nodes may correspond to valid contact
+   !> spans.
    subroutine find_spans(problem, trial, next, found, why)
       type(problem_t), intent(in) :: problem     !! problem on a mesh whose nodes detect contact
       type(state_t), intent(in) :: trial
@@ -83,7 +84,8 @@ contains
       type(contact_span_t), allocatable :: contact_span(:), first(:)
       integer :: wave, k, c, i
       found = .false.
-      ! First the nodes in contact are taken literally; further attempts close gaps of a few nodes between them.
+      ! The first attempt uses the nodes in contact as they are; further attempts count a few open nodes between nodes in contact as
+      ! closed.
       waves: do wave = 1, size(open_nodes)
          contact_span = touches_at_nodes(problem, trial, open_nodes(wave))
          if (wave > 1) then
@@ -121,7 +123,7 @@ contains
          end do
       end subroutine fill_closed_spans
 
-      !> Finds the equilibrium with the contact spans of `next`, and tests the spans.
+      !> Finds the equilibrium with the spans in `contact_span`, stores it in `next`, and runs the tests of the spans.
       subroutine test_these_spans()
          contact_span%number = [(c, c=1, size(contact_span))]
          why = 'two obstacles touch the rod at one place'
@@ -179,9 +181,9 @@ contains
       end do
    end function touches_at_nodes
 
-   !> (candidates) true: the node is in contact. Included are nodes without contact force whose force is taken by a support on the
-   !> obstacle: beside nodes in contact; and also without such a neighbour at a hinge or at a clamp parallel to the obstacle,
-   !> because contact may spread from there.
+   !> (candidates) true: the node is in contact. Included are nodes at zero gap whose contact force is taken by a support on the
+   !> obstacle, if a neighbour node is in contact. At a hinge or at a clamp parallel to the obstacle no such neighbour is needed,
+   !> because contact may spread from this support.
    function nodes_in_contact(problem, state) result(in_contact)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -206,7 +208,7 @@ contains
    pure subroutine close_waves(problem, in_contact, c, side, most, active)
       type(problem_t), intent(in) :: problem
       logical, intent(in) :: in_contact(:)     !! (candidates) true: the node is in contact
-      integer, intent(in) :: c, side     !! a candidate in contact; side 1: the open nodes are before it, 2: after it
+      integer, intent(in) :: c, side     !! a candidate in contact; side of it on which open nodes are closed: 1 before, 2 after
       integer, intent(in) :: most
       logical, intent(inout) :: active(:) !! (candidates) set to true for the nodes that are marked as closed
       integer :: at, n
@@ -217,7 +219,7 @@ contains
          if (in_contact(at)) exit
       end do
       if (n > most) return
-      ! At the end of a rod that lies along its obstacle one node may carry the whole contact force.
+      ! At the end of a rod that lies on its obstacle, one node may carry the whole force: in the first attempt the end stays open.
       if (at == 0 .and. most == 1) return
       at = problem%candidates%neighbour(side, c)
       do while (at > 0)
@@ -257,7 +259,7 @@ contains
       run = row(:n)
    end subroutine follow_run
 
-   !> Point contact at a node.
+   !> Point contact at the node of a candidate.
    pure type(contact_span_t) function point_contact_at(problem, state, c) result(new)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -269,7 +271,7 @@ contains
       new%at = end_of(problem, state, problem%candidates%element(3 - side, c), side)
    end function point_contact_at
 
-   !> Line contacts for consecutive nodes in contact.
+   !> Line contacts for a row of consecutive nodes in contact, one on each rod segment.
    pure function lines_along(problem, state, run, closed) result(line)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

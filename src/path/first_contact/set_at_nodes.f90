@@ -1,10 +1,10 @@
-!> Next contact set by contact at nodes. It is the last resort, used if no increment converges with the present contact spans and
-!> trials of other sets find none.
+!> Finds the next contact set by contact at nodes. This is the last resort: it is used if no increment converges with the present
+!> contact spans and trials of other sets find no valid one.
 !>
-!> Increments with contact at nodes begin with the present contact set (active_nodes) and are not recorded. They continue until the
-!> contact at nodes corresponds to point and line contacts that pass their tests (find_spans_ahead). The path then goes back to the
-!> first point at which this contact set is valid (go_back). There the rod must have moved as far as the path moves with the load
-!> (moves_at_path_rate). The contacts lost and gained are found by comparison of the two sets (label_and_number).
+!> Increments with contact at nodes begin with the present contact set (active_nodes) and are not recorded. Increments are made
+!> until the contact at nodes corresponds to point and line contacts that pass their tests (find_spans_ahead). The path then goes
+!> back to the first point at which this contact set is valid (go_back). There the rod must have moved as far as the path moves with
+!> the load (moves_at_path_rate). The contacts lost and gained are found by comparison of the two sets (label_and_number).
 module set_at_nodes
    use kinds, only: wp
    use model, only: method_load, method_cylindrical
@@ -78,14 +78,15 @@ contains
       if (path_length(next%problem, here, ahead) <= 0.0_wp) here = carried(problem, run%last%state, next%problem)
       next%tangent = path_tangent_at(next%problem, next%system, displacement_between(next%problem, here, ahead), &
          & ahead%load_factor - here%load_factor)
-      ! Numbers of contacts found at nodes are not those of the present ones.
+      ! The numbers given to contacts found at nodes are no identities; each contact gets the number of the present contact that it
+      ! continues, or a new number.
       next%problem%contact_span%number = 0
       call label_and_number(problem, run%last%state, 1.0_wp / minval(nodes%element_last - nodes%element_first + 1), &
          & run%spans_begun, present_contact_spans(next%problem, next%state), next)
    end subroutine find_set_at_nodes
 
-   !> True if the next equilibrium can be on the same path: its distance from the present point is at most twice what the path's
-   !> rate gives for the change of load. The difference between the meshes is allowed in addition.
+   !> True if the next equilibrium can be on the same path: its distance from the present point is at most twice the distance that
+   !> the present rate of the path gives for the change of load. The difference between the meshes is allowed in addition.
    logical function moves_at_path_rate(problem, run, next, apart) result(near)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -98,7 +99,7 @@ contains
       near = (jump - max(apart, sqrt(epsilon(rise)) * problem%size)) * abs(run%last%tangent%load) <= most_steeper * abs(rise)
    end function moves_at_path_rate
 
-   !> (candidates) true: the node lies on a line contact, or next to a point contact, and supports permit a reaction on it.
+   !> (candidates) true: the node lies on a line contact, or next to a point contact, and supports let the obstacle push this node.
    function active_nodes(nodes, state, contact_span) result(active)
       type(problem_t), intent(in) :: nodes
       type(state_t), intent(in) :: state

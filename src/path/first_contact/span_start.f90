@@ -1,6 +1,6 @@
-!> Start of a path with contact spans. Without contact at the start the path begins without spans, except at supports on an obstacle
-!> (prepare_spans). With contact it begins on a mesh whose nodes detect contact, and the first increment turns contact at nodes into
-!> contact spans (begin_spans).
+!> Start of a path with contact spans. Without contact at the start the path begins without spans, except point contacts at supports
+!> on an obstacle (prepare_spans). With contact at the start it begins on a mesh whose nodes detect contact, and the first increment
+!> turns contact at nodes into contact spans (begin_spans).
 module span_start
    use kinds, only: wp, parallel
    use problem, only: problem_t, touching_gap, copy_problem
@@ -27,12 +27,13 @@ module span_start
    !! share of the full increment; by doubling, the attempt reaches the full increment within half of the allowed increments with
    !! contact at nodes
    integer, parameter :: most_parts = 26 !! largest number of halvings of the first increment in search of the onset of contact:
-   !! half of the binary digits. Contact that begins still earlier counts as contact at the start
+   !! half of the binary digits. Contact that begins on a still shorter part of the increment counts as contact at the start
 
 contains
 
-   !> Makes the problem with which a path with contact spans starts. Without contact at the start it has no contact spans; with
-   !> contact it has a mesh whose nodes detect contact. The problem is unchanged if no contact of the deck uses contact spans.
+   !> Makes the problem with which a path with contact spans starts. Without contact at the start this problem has no contact spans
+   !> but points at supports on an obstacle; with contact at the start it has a mesh whose nodes detect contact. The problem is
+   !> unchanged if no contact of the deck uses contact spans.
    subroutine prepare_spans(problem)
       type(problem_t), intent(inout) :: problem      !! in: on the deck's mesh; out: on the mesh of the start
       type(problem_t) :: on_deck
@@ -115,7 +116,8 @@ contains
       end function carries
    end function gains_contact
 
-   !> True if a point contact of the set would pull just behind the start: it touches there, but opens and comes back later.
+   !> True if a point contact of the set would pull just after the start: the contact touches at the start, but opens at once and
+   !> closes again later.
    logical function pulls_at_start(start, next) result(pulls)
       real(wp), intent(in) :: start             !! load factor at the start
       type(other_set_t), intent(in) :: next
@@ -127,9 +129,9 @@ contains
       if (pulls) pulls = any(tests%kind == test_force .and. tests%value < -well_below * test_slack(test_force))
    end function pulls_at_start
 
-   !> Gap at the start at the local minimum that is reached from a contact span by descent along the deck's nodes; 0 if the rod was
-   !> in contact beside the lowest node. Nodes whose supports carry the whole contact force are left out, unless there are no
-   !> others.
+   !> Gap that the rod had at the start at a local minimum of the gap near a contact span. The minimum is found by descent along the
+   !> deck's nodes, from the span to the node with the least gap ("lowest" node). The result is 0 if the rod was in contact beside
+   !> this node. Nodes whose supports carry the whole contact force are left out, unless there are no others.
    real(wp) function nearest_gap(problem, contact_span) result(gap)
       type(problem_t), intent(in) :: problem
       type(contact_span_t), intent(in) :: contact_span
@@ -163,8 +165,8 @@ contains
 
    contains
 
-      !> True if a place in an element is distinguishable from the lowest node: a place so close to a node that the gaps do not
-      !> differ counts as the node.
+      !> True if an initial contact lies in an element beside the lowest node, but not at a node: a place so close to a node that
+      !> the gaps do not differ counts as the node.
       logical function beside(place)
          type(contact_span_t), intent(in) :: place
          associate (whole => problem%layout%rod_segment(place%rod_segment))
@@ -186,7 +188,7 @@ contains
    end function nearest_gap
 
    !> True if a node is the end of a rod, supported on the obstacle by a hinge or by a clamp parallel to the obstacle. Contact may
-   !> spread from such an end, but has no force yet.
+   !> spread from such an end, but carries no force yet.
    logical function is_supported_end(problem, contact, node, normal) result(held)
       type(problem_t), intent(in) :: problem         !! problem on the deck's mesh
       integer, intent(in) :: contact, node

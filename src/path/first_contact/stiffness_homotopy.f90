@@ -27,11 +27,12 @@ module stiffness_homotopy
    private
    public :: is_stiff_start, take_stiff_start, check_start
 
-   ! Growth factor of the stiffness per step. It is squared after a success; after a failure its square root is taken.
+   ! Factors by which the stiffness grows in a step. The factor is squared after a success; after a failure its square root is
+   ! taken.
    real(wp), parameter :: first_growth = 1.0e2_wp !! first factor: the boundary layers beside interface points become a third as
    !! long (100^(-1/4))
-   real(wp), parameter :: least_growth = 1.1_wp   !! below it after six failures in a row (100^(1/64)); the layers then hardly
-   !! change
+   real(wp), parameter :: least_growth = 1.1_wp !! smallest factor: with a smaller one, after six failures in a row (100^(1/64)),
+   !! the search ends, because the layers hardly change
    integer, parameter :: most_tries = 3 !! largest number of softer foundations tried at the beginning; also the largest number of
    !! meshes at one stiffness, made until every interface point has a node
 
@@ -44,8 +45,7 @@ module stiffness_homotopy
 
 contains
 
-   !> Assignment of a homotopy point as a procedure, because the compiler would expand the copies of all components at each
-   !> assignment.
+   !> Copies a homotopy point. A procedure, because the compiler would expand the copies of all components at each assignment.
    pure subroutine copy_homotopy_point(from, to)
       type(homotopy_point_t), intent(in) :: from
       type(homotopy_point_t), intent(inout) :: to
@@ -64,8 +64,9 @@ contains
    !> foundations, the signs of their tangent are rounding only; the tangent on softer foundations is then used.
    subroutine check_start(problem, system, stiffness, rounding)
       type(problem_t), intent(in) :: problem
-      type(system_t), intent(inout) :: system      !! in: factored at the start; out: its pivot count is that of the tangent used
-      real(wp), intent(out) :: stiffness, rounding !! stiffness along the path and the rounding error of this stiffness, see
+      type(system_t), intent(inout) :: system !! in: factored at the start; out: with the count of negative pivots of the tangent
+      !! that was used
+      real(wp), intent(out) :: stiffness, rounding !! stiffness along the path and the rounding error of this stiffness, computed by
       !! path_stiffness
       type(problem_t) :: soft
       type(state_t) :: start
@@ -154,7 +155,7 @@ contains
       taken = trial%system%ok
    end subroutine take_stiff_start
 
-   !> Finds the equilibrium on the mesh and with the stiffness of `next`, starting from the state at the present stiffness.
+   !> Finds the equilibrium on the mesh and with the stiffness of `next`, starting from the state at the stiffness of `here`.
    subroutine solve_at_stiffness(control, here, next, system, report)
       type(control_t), intent(in) :: control
       type(homotopy_point_t), intent(in) :: here
@@ -183,7 +184,7 @@ contains
       real(wp) :: free(size(cut)), at(size(cut)), way
       integer :: i, j, side, nearest
       at = cut%at
-      ! The end of contact beside the longest free span determines the motion of the ends near it.
+      ! Ends of contact near each other move with the one among them that lies beside the longest free span.
       do i = 1, size(cut)
          side = merge(1, 2, cut(i)%layer(2) > 0.0_wp)
          free(i) = huge(free)
@@ -203,7 +204,7 @@ contains
             if (.not. cut(i)%at_end) cut(i)%at = at(nearest) + way + ratio * (at(i) - at(nearest))
          end associate
       end do
-      ! If two ends of one contact would pass each other, they are too close for this prediction: none is moved.
+      ! If an end would leave its rod segment or pass the next end, the ends are too close for this prediction: none is moved.
       do i = 1, size(cut)
          associate (length => problem%layout%rod_segment(cut(i)%rod_segment)%length)
             if (.not. cut(i)%at_end .and. (cut(i)%at <= 0.0_wp .or. cut(i)%at >= length)) cut%at = at
@@ -219,7 +220,8 @@ contains
    end subroutine stiffen
 
    !> Problem of the same deck, with the stiffness of all tensionless foundations reduced to a part. With less than the full
-   !> stiffness the corners of force laws are removed as well, because the first point is found before any of them is reached.
+   !> stiffness the corners (kinks) of force laws are removed as well, because the first point lies on the first straight piece of
+   !> each law.
    function softened(problem, whole, part) result(soft)
       type(problem_t), intent(in) :: problem       !! problem on any mesh
       type(problem_t), intent(in) :: whole         !! problem with the deck's stiffness

@@ -66,7 +66,7 @@ contains
    subroutine exchange_step(a, kind, step, n_branches, perfect, buckled)
       type(archive_t), intent(inout) :: a
       integer, intent(inout) :: kind !! kind of path: on_step, on_branch or on_curve; tells which parts of the checkpoint follow
-      integer, intent(inout) :: step, n_branches !! number of the step; number of branches of all previous steps
+      integer, intent(inout) :: step, n_branches !! number of the step; count of branches of all previous steps
       type(model_t), intent(inout) :: perfect
       type(buckling_t), intent(inout) :: buckled(:)
       integer :: k
@@ -182,8 +182,8 @@ contains
       call take_steps(new, problem%deck%step)
    end subroutine change_steps
 
-   !> Replaces steps by those of the changed deck. Loads remain as they were distributed onto the mesh. The factor on the
-   !> residual tolerance that the run found necessary (`sharper`) is kept if the tolerances are equal.
+   !> Replaces steps by those of the changed deck. Loads are kept as they are distributed on the mesh. The factor on the residual
+   !> tolerance that the run found necessary (`sharper`) is kept if the tolerances are equal.
    subroutine take_steps(new, steps)
       type(step_t), intent(in) :: new(:)
       type(step_t), intent(inout) :: steps(:)    !! in: steps of the old deck; out: as many steps of the changed deck

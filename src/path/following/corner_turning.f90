@@ -1,17 +1,18 @@
 !> Corners of the path.
 !>
-!> A corner where contact at nodes changes is passed (turn_corner): it is accepted as a point, and the path continues with the new
-!> contact set.
+!> At a corner of the first kind, contact at nodes changes. Such a corner is accepted as a point, and the path continues with the
+!> new contact set (turn_corner).
 !>
-!> Behind a limit point the LCP of an increment may have no solution: along the tangent a contact has to open, but the path without
-!> that contact continues in a direction with a negative component along the tangent, so that no increment of the given length
-!> exists. The contact set is therefore kept until the first reaction or gap with the wrong sign is zero: this zero is the corner.
-!> Then the set is changed, and the new tangent has the direction in which the new gap opens or the new reaction grows.
+!> Behind a limit point the linear complementarity problem (LCP) of an increment may have no solution: along the tangent a contact
+!> has to open, but the path without that contact continues in a direction with a negative component along the tangent, so that no
+!> increment of the given length exists. The contact set is therefore kept until the first reaction or gap with the wrong sign is
+!> zero: this zero is the corner. Then the set is changed, and the new tangent has the direction in which the new gap opens or the
+!> new reaction grows.
 !>
-!> At other corners contact with foundations begins or ends. For example, a free end that reaches stiff soil stops moving almost at
-!> once. A halved increment never ends close to such a corner. But the tangents at the two ends of an increment across the corner
-!> intersect near the corner and give its distance. The next increment therefore ends at the corner, and the following one passes
-!> it.
+!> At a corner of the second kind, contact with foundations begins or ends. For example, a free end that reaches stiff soil stops
+!> moving almost at once. A halved increment never ends close to such a corner. But the tangents at the two ends of an increment
+!> across the corner intersect near the corner and give its distance. The next increment therefore ends at the corner, and the
+!> following one passes it.
 module corner_turning
    use kinds, only: wp
    use model, only: step_t, method_load, method_displacement
@@ -57,11 +58,11 @@ contains
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      integer, intent(in) :: meshes !! number of meshes made for the errors of the corner, see arrival_t. If another mesh is
-      !! requested, problem and run are unchanged
+      integer, intent(in) :: meshes !! number of meshes made for the errors of the corner. If another mesh is requested, problem and
+      !! run are unchanged
       class(recorder_t), intent(inout) :: recorder
-      type(request_t), intent(inout) :: request !! what the corner requires before it can be accepted as a point (smaller residual,
-      !! another mesh)
+      type(request_t), intent(inout) :: request !! requirements of the corner before it can be accepted as a point (smaller
+      !! residual, another mesh)
       logical, intent(out) :: turned             !! true: the run is at the corner, with the contact set behind the corner
       logical, intent(out) :: finished           !! true: the step ended at an event before the corner
       type(outcome_t), intent(inout) :: outcome
@@ -95,7 +96,8 @@ contains
       if (.not. turned) then
          outcome%why = 'no way on from where the contact set changes'
       else if (is_arc_length(run%control%method)) then
-         ! Behind the corner the structure may be stiffer than before: the load increment is limited to the one before the corner.
+         ! Behind the corner the structure may be stiffer than before: the load increment is not made larger than the last one
+         ! before it.
          if (load < abs(run%last%tangent%load) * run%control%increment) run%control%increment = load / abs(run%last%tangent%load)
       else
          call check_return(problem, step, run, outcome)
@@ -121,8 +123,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(path_point_t), intent(in) :: start
       type(control_t), intent(in) :: control
-      type(path_point_t), intent(out) :: place !! point at the corner; converged with the contact set of `start`, one sign of which
-      !! is about to change
+      type(path_point_t), intent(out) :: place !! point at the corner; converged with the contact set of `start`, with one reaction
+      !! or gap about to change its sign
       integer, allocatable, intent(out) :: corner(:) !! candidates whose contact changes at the corner
       type(increment_t), intent(out) :: report
       logical, intent(out) :: found
@@ -168,7 +170,7 @@ contains
       if (found .and. problem%has_spans()) found = spans_hold(problem, place%state, place%system%force_scale)
       if (.not. found) return
       do k = 1, size(after)
-         ! Further candidates whose gap or reaction changes its sign at the same corner.
+         ! Other candidates belong to the same corner if their gap or reaction changes its sign there.
          if (after(k) >= huge(1.0_wp) .or. before(k) < 0.0_wp .or. ends(k) >= 0.0_wp) cycle
          if (k /= first .and. after(k) > at_once * (before(k) - ends(k))) cycle
          corner = [corner, k]
@@ -243,7 +245,7 @@ contains
       end associate
    end subroutine find_corner_ahead
 
-   !> True if the corner is nearer to the last accepted point than the smallest increment leads.
+   !> True if the corner is nearer to the last accepted point than the end of the smallest increment.
    pure logical function is_too_near(problem, step, run, corner)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step

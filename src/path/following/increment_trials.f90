@@ -1,6 +1,6 @@
-!> Makes one increment from the last accepted point: predicts and corrects it, and compares the trial with the recent path. It may
-!> be repeated on another mesh, with a smaller residual, with another contact set, or half as long. An attempt (attempt_t) is the
-!> last trial increment from a point, with the counters of all trials from that point.
+!> Makes one increment from the last accepted point: predicts and corrects it, and compares the trial with the recent path. The
+!> increment may be repeated on another mesh, with a smaller residual, with another contact set, or half as long. An attempt
+!> (attempt_t) is the last trial increment from a point, with the counters of all trials from that point.
 module increment_trials
    use kinds, only: wp
    use model, only: step_t
@@ -36,22 +36,24 @@ module increment_trials
       ! The last increment:
       type(path_point_t) :: trial                !! end of the increment, in equilibrium if report%converged
       type(increment_t) :: report                !! report of the correction to the trial
-      type(request_t) :: request !! what the trial requires before the path can continue (shorter increment, another mesh, smaller
+      type(request_t) :: request !! requirements of the trial before the path can continue (shorter increment, another mesh, smaller
       !! residual)
       type(relation_t) :: relation               !! comparison of the trial with the point: directions, distances
       type(corner_t) :: corner                   !! corner of the path between the point and the trial, if one is predicted
       logical :: off_path = .false.                !! true: the trial is in equilibrium, but not on the path ahead of the point
       logical :: begins = .false.                !! true: with this increment contact at nodes becomes contact spans
-      logical :: has_trial = .false.             !! true: the next trial is already in equilibrium, because it was transferred from
-      !! another mesh or found behind a change of contact
-      logical :: stiff_start = .false.           !! true: the path starts on stiff foundations, see take_stiff_start
-      real(wp) :: planned = 0.0_wp               !! increment planned before a change of contact gave the trial; 0: the trial's own
+      logical :: has_trial = .false. !! true: the next trial exists already and is in equilibrium: it was transferred from another
+      !! mesh, or found together with a new contact set
+      logical :: stiff_start = .false. !! true: the path starts on foundations too stiff for the elements, so that the stiffness is
+      !! increased in steps (take_stiff_start)
+      real(wp) :: planned = 0.0_wp !! increment that was planned before a change of contact provided the trial; 0: no other one was
+      !! planned
       logical :: finished = .false.              !! true: the step ended at an event within the increment
       ! Counters:
       integer :: cuts = 0                        !! failed increments from the point
       integer :: failures = 0 !! increments that ended on other paths, since the last increment that succeeded at the first attempt
       integer :: searches = 0                    !! halvings of the increment that were made to separate events
-      integer :: meshes = 0                      !! meshes made because of the increment's errors, see arrival_t
+      integer :: meshes = 0                      !! number of meshes made because of the increment's errors
       integer :: corner_meshes = 0               !! meshes made because of the errors at a corner of the contact set
       integer :: doubled_at = -1                 !! number of the point at which the mesh density was doubled last; -1: none
       real(wp) :: searched_to = -1.0_wp             !! arc length up to which another contact set has been searched for; -1: none
@@ -59,8 +61,8 @@ module increment_trials
 
 contains
 
-   !> Makes the increment of the control, unless its trial exists already. Sets attempt%off_path if the trial is not on the path
-   !> ahead of the last accepted point.
+   !> Makes the increment of the controlled quantity, unless the trial exists already. Sets attempt%off_path if the trial is not on
+   !> the path ahead of the last accepted point.
    subroutine try_increment(problem, step, run, attempt)
       type(problem_t), intent(inout) :: problem !! its mesh changes if contact spans begin, or if the path starts on stiff
       !! foundations
@@ -74,8 +76,8 @@ contains
          call begin_with_spans(problem, step, run, attempt)
       else
          attempt%stiff_start = is_stiff_start(problem, run) .or. (attempt%stiff_start .and. run%fresh)
-         ! The mesh that a trial on stiff foundations leaves has its interface points where contact ends in that trial. Where an
-         ! increment on it fails, a shorter one begins on softer foundations again.
+         ! A trial on stiff foundations leaves a mesh with interface points where contact ended in this trial. If an increment on
+         ! this mesh fails, a shorter increment begins on softer foundations again.
          if (is_stiff_start(problem, run) .or. (attempt%stiff_start .and. .not. leads_on(attempt))) then
             call take_stiff_start(problem, run, attempt%trial, attempt%report, attempt%has_trial)
          else
@@ -87,7 +89,7 @@ contains
    end subroutine try_increment
 
    !> Makes the increment with which contact at nodes becomes contact spans. If the increment leaves the path, problem and run are
-   !> restored: for a shorter increment another set of contact spans may be right.
+   !> restored: a shorter increment may lead to another set of contact spans.
    subroutine begin_with_spans(problem, step, run, attempt)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -182,12 +184,12 @@ contains
       type(attempt_t), intent(inout) :: attempt
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
-      ! Points between which only the contact set changes are at the same position.
+      ! Points that differ only in their contact set are at the same position.
       attempt%changed = problem%has_spans() .and. run%arc_length - run%left_at > attempt%searched_to
       if (.not. attempt%changed) return
       attempt%searched_to = place()
       call find_other_set(problem, step, run, attempt%first_increment, recorder, attempt%changed, attempt%finished, outcome)
-      ! Contact at nodes is not tried again at the position at which the present set was found.
+      ! At the position where a set was found, no other set is searched for again.
       attempt%searched_to = place()
       if (.not. attempt%changed) return
       run%control%increment = sign(attempt%first_increment, run%control%increment)

@@ -1,6 +1,6 @@
-!> Reasons why a path ends because no equilibrium exists ahead, whatever the method: the last contact that holds the structure
-!> ends, a rigid obstacle reaches a node that supports hold, or two rigid obstacles pinch the rod. They explain the end of a path;
-!> no point depends on them.
+!> Reasons why a path ends because no equilibrium exists ahead, whatever the method: the last contact that holds the structure ends,
+!> a rigid obstacle reaches a node that supports hold, or two rigid obstacles pinch the rod. These reasons only explain the end of a
+!> path; no computed point depends on them.
 module missing_equilibrium
    use kinds, only: wp, parallel
    use text, only: to_text
@@ -30,8 +30,8 @@ contains
       if (why == '') why = in_closing_room(problem, state, ahead)
    end function why_no_equilibrium
 
-   !> Says how the structure can move if the contacts whose force is zero at a point are taken away; '' if it cannot, or if it can
-   !> move in the same way with these contacts.
+   !> Says how the structure can move if the contacts whose force is zero at a point are taken away; '' if the structure cannot
+   !> move, or if it can move in the same way with these contacts.
    function without_ending_contacts(problem, state, force_scale) result(why)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -43,13 +43,13 @@ contains
       where (state%reaction <= test_slack(test_force) * force_scale) without%active = .false.
       if (all(without%active .eqv. state%active)) return
       why = movable_part(problem, without)
-      ! A structure that forces alone hold in its place can move with these contacts, too.
+      ! A structure that only forces hold in place can move with these contacts, too; the contacts are then not the reason.
       if (why == movable_part(problem, state)) why = ''
       if (why /= '') why = 'the contact that holds the structure ends: '//why
    end function without_ending_contacts
 
-   !> Names a node that supports hold and a rigid obstacle that reaches it at a load factor of the step up to `ahead`; '' if there
-   !> is none. The rods at such a node cannot yield.
+   !> Message that names a node held by supports and a rigid obstacle that reaches this node at a load factor of the step up to
+   !> `ahead`; '' if there is none. The rods at such a node cannot yield.
    function at_reached_support(problem, state, ahead) result(why)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -86,7 +86,7 @@ contains
 
    contains
 
-      !> True if the held node is behind the obstacle at a load factor. Supports may move it.
+      !> True if the held node would lie inside the obstacle at a load factor. The motion of the node's supports is included.
       logical function overlaps(load_factor)
          real(wp), intent(in) :: load_factor
          real(wp) :: place(2), gap, normal(2)
@@ -99,7 +99,7 @@ contains
    end function at_reached_support
 
    !> Names two rigid obstacles that touch the rods from opposite sides at a place where they leave no room at load factor `ahead`;
-   !> '' if there are none. The forces grow without bound as their contacts come to the same place.
+   !> '' if there are none. The forces of two such obstacles grow without bound as their contacts come to the same place.
    function in_closing_room(problem, state, ahead) result(why)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -136,7 +136,7 @@ contains
       end associate
    end function is_rigid_body
 
-   !> Gap of a place to the obstacle of a contact at a load factor, and its direction.
+   !> Computes the gap between a place and the obstacle of a contact at a load factor, and the obstacle's normal at the place.
    subroutine gap_ahead(problem, state, contact, obstacle, load_factor, place, gap, normal)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

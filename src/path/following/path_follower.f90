@@ -47,7 +47,7 @@ contains
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       type(attempt_t), intent(inout) :: attempt  !! attempts already made from the last accepted point
-      integer, intent(in) :: pause !! row of the results at which the follower returns, because the caller changes the steps there;
+      integer, intent(in) :: pause !! row of the results at which the procedure returns, because the caller changes the steps there;
       !! 0: none
       do
          if (pause > 0 .and. run%points >= pause) return
@@ -59,7 +59,8 @@ contains
          if (ended(attempt, outcome)) exit
          call start_from(run, attempt)
          call set_control(problem, step, run)
-         ! Where a contact or free span has just begun, its tests change with powers of its length, and slopes say nothing.
+         ! Where a contact or free span has just begun, its tests change with powers of its length, so that slopes do not describe
+         ! them.
          if (.not. abs(attempt%planned) > 0.0_wp) call note_slopes(problem, run)
          call try_increment(problem, step, run, attempt)
          if (leads_on(attempt)) then
@@ -77,7 +78,8 @@ contains
 
    contains
 
-      !> True if the step has as many points as the deck allows; this is a failure if the step has a stop condition.
+      !> True if the step has as many points as the deck allows; the step has failed then if it has a stop condition, which was not
+      !> met.
       logical function points_used_up() result(used_up)
          used_up = run%step_points >= step%max_points
          if (.not. used_up) return
@@ -85,8 +87,8 @@ contains
          if (outcome%used_up) outcome%why = 'the allowed number of points was used up before the stop condition'
       end function points_used_up
 
-      !> Puts the reason why no equilibrium exists ahead, if one is found, in front of the reason of the end. The search goes as far
-      !> as the step's first increment.
+      !> Searches for a reason why no equilibrium exists ahead, and puts it in front of the message with which the run ends. The
+      !> search goes as far as the step's first increment.
       subroutine explain_end()
          character(:), allocatable :: cause
          associate (last => run%last)
@@ -164,9 +166,9 @@ contains
       call shorten_to_stop(step, run)
    end subroutine set_control
 
-   !> Remeshes at the accepted point and chooses the next increment. The mesh becomes finer where the required mesh density has
-   !> grown, and coarser where the mesh is finer than required. An arc-length strategy makes load increments until displacements
-   !> give the arc length a scale, and while no node moves.
+   !> Remeshes at the accepted point and chooses the next increment. The mesh becomes finer where a higher density is required than
+   !> before, and coarser where it is finer than required. An arc-length strategy makes load increments until displacements give the
+   !> arc length a scale, and while no node moves.
    subroutine go_to_next_increment(problem, step, attempt, run, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step

@@ -1,7 +1,7 @@
 !> Remedies after a failed increment, in this order: release of interface points, a contact change just ahead, the mesh before the
 !> last coarsening, a mesh twice as fine, a corner of the path, a shorter increment. If the increment would become too short,
-!> another contact set is searched for, by trials or by contact at nodes (continuing_with_set). A remedy is skipped if its
-!> condition is not met. Each remedy returns `done` = true if no further one is needed, because this one succeeded or the run ends.
+!> another contact set is searched for, by trials or by contact at nodes (continuing_with_set). A remedy is skipped if its condition
+!> is not met. A remedy returns `done` = true if no further remedy is needed, because the remedy succeeded or the run ends.
 module step_recovery
    use kinds, only: wp
    use model, only: step_t, method_load, method_displacement
@@ -63,8 +63,8 @@ contains
    contains
 
       !> Releases the interface points beside contact spans: the increment is repeated with elements that have the end of contact
-      !> with a foundation inside. This helps if interface points meet one another or a touchdown point, or jump. The mesh of the
-      !> next point has nodes at the new positions.
+      !> with a foundation inside. This helps if interface points meet one another or a touchdown point, or if they jump along the
+      !> rod. The mesh of the next point has nodes at the new positions.
       subroutine release_marks(done)
          logical, intent(out) :: done
          integer :: m
@@ -105,7 +105,7 @@ contains
          attempt%cuts = 0
       end subroutine go_back_to_finer_mesh
 
-      !> Doubles the mesh density, at most once at each point, if the program made the mesh and the mesh may be too coarse for any
+      !> Doubles the mesh density, at most once at each point, if the mesh was made by the program and may be too coarse for any
       !> increment.
       subroutine double_mesh(done)
          logical, intent(out) :: done
@@ -158,7 +158,7 @@ contains
             call why_stuck(problem, step, run, attempt%report, outcome%why, outcome%turns)
          else
             call count_up(counter_cut)
-            ! The shortened increment may have as many meshes made for its errors as a new one.
+            ! For the errors of the shortened increment, as many meshes may be made as for a new increment.
             attempt%meshes = 0
          end if
       end subroutine cut_increment

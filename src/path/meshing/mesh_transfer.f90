@@ -67,20 +67,20 @@ contains
          if (any(run%control%method == [method_load, method_displacement])) constraint = run%control
          constraint%increment = 0.0_wp
          call bring_to_balance()
-         ! If the two meshes' results differ by more than all displacements so far, the result is a different equilibrium and
+         ! If the two equilibria differ by more than all displacements so far, they are different solutions, and the new one is
          ! rejected.
          if (done) done = stays_within(problem, run%last%state, better%state, run%motion)
          if (.not. done) return
       end if
       associate (before => run%last%tangent, pivots => run%last%test_values%negative_pivots, system => better%system)
          better%tangent = path_tangent_at(problem, system, before%u, before%load)
-         ! On a coarse mesh the displacements may differ so much that they do not determine the direction of travel. The sign of the
-         ! load rate then does: it changes only together with the stability.
+         ! The displacement rates of a coarse mesh may differ so much that they do not determine the direction of travel. The sign
+         ! of the load rate then determines it, because this sign changes only together with the stability.
          if (system%negative_pivots == pivots .and. better%tangent%load * before%load < 0.0_wp) then
             if (angle_between(problem, before%u, better%tangent%u) > largest_turn) &
                & better%tangent = path_tangent_at(problem, system, 0.0_wp * before%u, before%load)
          end if
-         ! If both the direction of travel and the stability change with the mesh, the new mesh is rejected.
+         ! If the direction of travel as well as the stability change with the mesh, the new mesh is rejected.
          if (.not. run%fresh .and. system%negative_pivots /= pivots) &
             & done = angle_between(problem, before%u, better%tangent%u) <= largest_turn
       end associate
@@ -88,7 +88,7 @@ contains
       run%mesh%change_behind = behind_flat
       call evaluate_tests(problem, better)
       associate (old => run%last%test_values, new => better%test_values)
-         ! The number of unstable directions that open force-free line contacts does not depend on the mesh.
+         ! The count of unstable directions that open force-free line contacts does not depend on the mesh, so it is kept.
          new%weak = old%weak
          new%opening = old%opening
          ! If an event lies between the positions of the point on the two meshes, it must be reported exactly once: the beginning or
@@ -103,9 +103,9 @@ contains
 
    contains
 
-      !> Finds equilibrium with the fastest touchdown point fixed, if there is one. Near a limit point the end of a line contact may
-      !> move far while the rest of the structure hardly moves. A mesh with a lower limit load then has no equilibrium in the plane
-      !> normal to the path.
+      !> Finds the equilibrium, first with the fastest touchdown point fixed if one moves fast. Near a limit point the end of a line
+      !> contact may move far while the rest of the structure hardly moves. A mesh with a lower limit load then has no equilibrium
+      !> in the plane normal to the path.
       subroutine bring_to_balance()
          integer :: fastest
          real(wp) :: rate
@@ -130,7 +130,7 @@ contains
       end subroutine bring_to_balance
    end subroutine rebalance
 
-   !> Transfers to a finer mesh an equilibrium with another contact set than that of the run's last point.
+   !> Transfers a point to a finer mesh. The point has another contact set than the run's last point.
    subroutine refine_point(problem, run, point, density, done)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(in) :: run          !! its last point is on the mesh of `problem`
@@ -167,7 +167,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(path_point_t), intent(in) :: point
       integer, intent(out) :: fastest            !! candidate of the touchdown point; 0: none moves
-      real(wp), intent(out) :: rate              !! derivative of its position along the rod with respect to the load factor
+      real(wp), intent(out) :: rate !! derivative of the position of this point along the rod with respect to the load factor
       real(wp) :: rates(problem%candidates%n), step
       type(state_t) :: ahead, here
       fastest = 0
@@ -186,7 +186,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       integer, intent(in) :: fastest             !! candidate of the touchdown point that is fixed
-      type(path_point_t), intent(inout) :: point !! in: predictor; out: equilibrium, if found
+      type(path_point_t), intent(inout) :: point !! in: first guess; out: equilibrium, if found
       logical, intent(out) :: found
       type(state_t) :: state
       type(control_t) :: load

@@ -58,10 +58,10 @@ contains
       type(path_state_t), intent(inout) :: run
       type(path_point_t), intent(inout) :: trial
       logical, intent(in) :: settled                 !! true: the trial is in equilibrium
-      type(request_t), intent(inout) :: request      !! in: contains the mesh density that is required
+      type(request_t), intent(inout) :: request      !! in: contains the required mesh density; out: without it
       logical, intent(out) :: taken                  !! true: the trial is in equilibrium on the new mesh
-      logical, intent(out) :: done !! false: no equilibrium was found, and nothing has changed. The new mesh may also be the one
-      !! before the last coarsening
+      logical, intent(out) :: done !! false: no equilibrium was found, and nothing has changed; true: the run is on a new mesh,
+      !! which may also be the mesh before the last coarsening
       type(problem_t) :: asked, here
       type(point_on_mesh_t), allocatable :: finer
       type(cut_t), allocatable :: cut(:)
@@ -80,10 +80,10 @@ contains
       if (.not. taken .and. (problem%has_spans() .or. request%at_last_point .or. marked(problem, trial%state, &
          & cut))) call remesh_last_point()
       ! If contact was just detected at nodes or by elements on foundations, the run's last point does not have the spans of the
-      ! trial.
+      ! trial, and the mesh is made for the trial.
       if (.not. (taken .or. done)) request%density_before = present_demand(problem, run%last%state)
       if (.not. (taken .or. done)) call remesh_trial(request%events_located)
-      ! If Newton's method fails on one mesh, it may converge on another, finer one.
+      ! If Newton's method fails on the requested mesh, it may converge on a finer mesh.
       if (.not. (taken .or. done)) then
          do k = 1, size(here%demand)
             here%demand(k)%elements = 2.0_wp * here%demand(k)%elements
@@ -93,7 +93,7 @@ contains
       if (.not. (taken .or. done)) call remesh_trial(.false.)
       done = done .or. taken
       if (.not. done .and. allocated(finer)) then
-         ! On the coarsened mesh no equilibrium was found: the mesh before coarsening is restored.
+         ! No requested mesh has given an equilibrium: the mesh before the last coarsening is restored.
          call step_back(finer, problem, run)
          done = .true.
       end if
@@ -177,7 +177,7 @@ contains
       asked = new_span_problem(asked, present_contact_spans(problem, run%last%state), run%last%state, find_cuts(problem, &
          & run%last%state))
       if (asked%model%mesh%n_elements >= problem%model%mesh%n_elements) then
-         ! The spans already have the smallest permitted numbers of elements.
+         ! The spans already have the smallest permitted counts of elements.
          run%mesh%points_to_keep = rest_of_mesh
          return
       end if
@@ -193,7 +193,7 @@ contains
       call count_up(counter_remeshed)
    end subroutine coarsen_mesh
 
-   !> Returns the run to its last point before the mesh was coarsened. For some further points the mesh is then not coarsened again.
+   !> Returns the run to its last point before the mesh was coarsened. The finer mesh is then kept for some further points.
    subroutine step_back(finer, problem, run)
       type(point_on_mesh_t), intent(in) :: finer
       type(problem_t), intent(inout) :: problem

@@ -5,7 +5,8 @@
 !> nodes the change of a single node at the end of a contact region depends on the mesh; neither this change nor a turn of the load
 !> at it is an event.
 !>
-!> To verify messages about the further path, it is followed by arc length beyond the end of a run, without recording points.
+!> Messages about the further path are verified: beyond the end of a run the path is followed by arc length, without recording
+!> points.
 module corner_limit
    use kinds, only: wp
    use text, only: to_text
@@ -37,11 +38,11 @@ module corner_limit
 contains
 
    !> Reports a limit point at the last accepted point if the load rates of the path before and behind this point have opposite
-   !> signs. It is reported once for each point.
+   !> signs. The limit point is reported only once for each point.
    subroutine report_turned_load(problem, step, run, recorder, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its test values contain the load rate behind the last accepted point
+      type(path_state_t), intent(inout) :: run          !! its test values contain the load rate after the last accepted point
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       type(critical_t) :: critical
@@ -50,7 +51,8 @@ contains
       associate (arrived => run%arrived)
          critical = new_critical('LP', note_of_corner, arrived%bars)
          critical%point = arrived%point
-         ! The state with the next contact set may already be at another load factor.
+         ! The last state already has the next contact set and may be at another load factor; the load factor at the corner is
+         ! reported.
          point = run%last
          point%state%load_factor = arrived%load_factor
          point%test_values%monitor = arrived%monitor
@@ -59,7 +61,7 @@ contains
       end associate
    end subroutine report_turned_load
 
-   !> True if the load rates before and behind the last accepted point have opposite signs, and the smaller of them, times the arc
+   !> True if the load rates before and behind the last accepted point have opposite signs, and if the smaller rate, times the arc
    !> length of this step or branch, exceeds the load change that the tolerance of the iteration leaves undetermined.
    pure logical function load_turns(step, run) result(turns)
       type(step_t), intent(in) :: step
@@ -98,8 +100,8 @@ contains
       if (continues) outcome%why = outcome%why//' (METHOD=CYLINDRICAL can)'
    end subroutine check_return
 
-   !> Starts at the last accepted point of the run. The increment is the arc length of the run's last increment, or an estimate from
-   !> the load increment if no node has moved yet.
+   !> Prepares to follow the path without recording, from the last accepted point of the run. The increment is the arc length of the
+   !> run's last increment, or an estimate from the load increment if no node has moved yet.
    pure function start_unrecorded(run) result(look)
       type(path_state_t), intent(in) :: run
       type(unrecorded_path_t) :: look
@@ -134,7 +136,7 @@ contains
          look%control%increment = 0.5_wp * look%control%increment
       end do
       if (look%cuts > most_cuts) return
-      ! Contact changes are not made.
+      ! The contact set is not changed here: the path is followed only as far as the set is valid.
       if (problem%has_spans()) report%converged = spans_hold(problem, next%state, next%system%force_scale)
       if (.not. report%converged) return
       found = .true.

@@ -45,7 +45,7 @@ contains
       type(located_event_t), intent(in) :: located_event
       integer, intent(in) :: pivots              !! number of negative pivots before the event
       class(recorder_t), intent(inout) :: recorder
-      logical, intent(out) :: finished           !! the step ends at this event
+      logical, intent(out) :: finished           !! true: the step ends at this event
       type(outcome_t), intent(inout) :: outcome
       type(critical_t) :: critical
       integer :: before
@@ -59,8 +59,8 @@ contains
          if (event%kind == event_limit .and. .not. outcome%home) call check_closure(problem, run, point%state, event%label, outcome)
          if (outcome%home) return
          critical = new_critical(event%label, event%note, located_event%bars)
-         ! At a corner of the path the tangents before and behind it have different pivots: the pivots before the event are
-         ! recorded.
+         ! At a corner, the tangents before and after the event have different counts of negative pivots: the count before the event
+         ! is recorded.
          before = merge(pivots, point%system%negative_pivots, smooth)
          call record(problem, run, point, event%label, located_event%report, recorder, outcome, first_touch(problem, event, &
             & point%state), located_event%bars, smooth=.not. event%corner, pivots=before)
@@ -123,7 +123,7 @@ contains
                call deck_mode(free, released, other, modes%x(:, 1), critical%null_vector(:, :, 1), sense)
                kept%multiplicity = 1
                kept%opens = nint(opens * sense)
-               ! A branch leaves the point without the force-free contacts.
+               ! A branch starts without the force-free contacts, so its start is stored on the problem without them.
                kept%direction = carried_field(problem, place, kept%direction, free, released)
                kept%drift = carried_field(problem, place, kept%drift, free, released)
                call copy_problem(free, kept%problem)
@@ -151,7 +151,8 @@ contains
       run%arrived%point = 0
    end subroutine go_to
 
-   !> (candidates) if contact at nodes begins: true for the candidate with the smallest gap, which is the first to carry force.
+   !> (candidates) true: contact at this node begins at the event. Only the candidate with the smallest gap is marked, because it is
+   !> the first to carry force; no candidate is marked at other events.
    function first_touch(problem, event, place) result(touching)
       type(problem_t), intent(in) :: problem
       type(event_t), intent(in) :: event
@@ -178,8 +179,8 @@ contains
    subroutine announce(problem, run, critical, point, exact, recorder, outcome)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(critical_t), intent(in) :: critical !! label, note and null vectors of the point, and its row in the results; row 0: the
-      !! point recorded last
+      type(critical_t), intent(in) :: critical !! label, note and null vectors of the critical point, and its row in the results
+      !! (`point`); 0: the row recorded last
       type(path_point_t), intent(in) :: point
       logical, intent(in) :: exact               !! true: the point was located; false: only bracketed
       class(recorder_t), intent(inout) :: recorder
@@ -204,14 +205,15 @@ contains
       if (allocated(error)) outcome%why = error%message
    end subroutine announce
 
-   !> Finds the null vectors of a bifurcation, the modes with vanishing eigenvalues, on the mesh and at the deck's nodes.
+   !> Finds the null vectors of a bifurcation, that is, the modes of the tangent with vanishing eigenvalues, on the mesh and at the
+   !> deck's nodes.
    subroutine find_null_vectors(problem, step, system, state, event, point, modes)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(system_t), intent(in) :: system       !! factored at `state`
       type(state_t), intent(in) :: state
       type(event_t), intent(in) :: event
-      type(critical_t), intent(inout) :: point   !! out: its null vectors and a note of their number are set
+      type(critical_t), intent(inout) :: point !! out: has the null vectors at the deck's nodes, and a note that states their count
       type(modes_t), intent(out) :: modes        !! the first modes are the null vectors on the mesh
       type(error_t), allocatable :: error
       real(wp) :: sense

@@ -36,7 +36,8 @@ contains
       type(path_point_t), intent(inout) :: trial !! its test values are set
       type(arrival_t), intent(in) :: arrival
       class(recorder_t), intent(inout) :: recorder
-      type(request_t), intent(inout) :: request !! out: what the trial requires; if it requires another trial, no point was recorded
+      type(request_t), intent(inout) :: request !! out: requirements of the trial; if one of them is another trial, no point was
+      !! recorded
       logical, intent(out) :: finished           !! true: the step is complete
       type(outcome_t), intent(inout) :: outcome
       type(findings_t) :: findings
@@ -57,7 +58,7 @@ contains
       if (allocated(outcome%why)) return
       call announce_missed(problem, run, trial, findings, recorder, finished, outcome)
       if (arrival%label /= '') call announce_contact(problem, run, trial, arrival, findings, recorder, outcome)
-      ! The contact change is kept for the checks whether the path comes back to it; no branch starts from it.
+      ! The contact change is kept only to detect whether the path comes back to it; no branch starts from a contact change.
       if (arrival%label /= '' .or. arrival%changes) call run%critical_points%keep(new_critical_point(problem, run, arrival%label, &
          & trial%state, trial%test_values%negative_pivots))
       if (finished) call announce(problem, run, new_critical('EP', 'end of the step', findings%bars), trial, .true., &
@@ -89,7 +90,8 @@ contains
       end do
    end subroutine record_events
 
-   !> Reports a limit point at the corner of a contact change. (The point recorded last is the contact change.)
+   !> Reports the limit point at which the load turns at a contact change, a corner of the path. (The contact change is the point
+   !> recorded last.)
    subroutine announce_beside(problem, run, findings, change, recorder, outcome)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
@@ -140,14 +142,15 @@ contains
             call announce(problem, run, new_critical(event%label, event%note), trial, .false., recorder, outcome)
             call note_bracketed(outcome, event%note, run%last%state%load_factor, trial%state%load_factor)
             finished = finished .or. event%kind == event_stop
-            ! The point is stored for the closure check; no branch can start from it.
+            ! The point is kept only to detect whether the path comes back to it; no branch can start from a point that was not
+            ! located.
             call run%critical_points%keep(new_critical_point(problem, run, event%label, trial%state, &
                & trial%test_values%negative_pivots))
          end associate
       end do
    end subroutine announce_missed
 
-   !> Reports the contact change at the trial; the caller gives its label and multiplicity.
+   !> Reports the contact change at the trial; the caller gives the label and the count of contacts that change.
    subroutine announce_contact(problem, run, trial, arrival, findings, recorder, outcome)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
@@ -170,7 +173,8 @@ contains
       if (arrival%bracketed) call note_bracketed(outcome, note, from, trial%state%load_factor)
    end subroutine announce_contact
 
-   !> Makes the trial the last point of the run. Bifurcations behind the trial do not count in its number of negative pivots.
+   !> Makes the trial the last point of the run. The trial's count of negative pivots is corrected for bifurcations that lie only
+   !> after the trial.
    subroutine arrive(problem, run, trial, arrival, findings)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run

@@ -36,8 +36,8 @@ module point_recording
 
 contains
 
-   !> Passes a converged point to the recorder and to the independent checks. If the point fails a check, the path ends there, and
-   !> outcome%why is set.
+   !> Passes a converged point to the recorder and to the independent checks. If the point fails a check, the path ends at it, and
+   !> outcome%why says why.
    subroutine record(problem, run, point, label, report, recorder, outcome, touching, bars, smooth, pivots)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
@@ -52,7 +52,7 @@ contains
       logical, intent(in), optional :: smooth !! true: the path is smooth at the point; its tangent is that of the point; absent:
       !! unknown
       integer, intent(in), optional :: pivots !! number of negative pivots just before the point, needed where an eigenvalue may be
-      !! zero; absent: that of the point's system
+      !! zero; absent: the count of the point's own system
       type(point_t) :: row
       type(state_t) :: shown
       type(span_sums_t) :: spans
@@ -86,7 +86,7 @@ contains
          row%arc_length = run%arc_length + path_length(problem, run%last%state, state)
          call count_opening(problem, state, system, opening, weak)
          row%free_pivots = row%negative_pivots + opening
-         ! At the stress-free start there is no force to which the residual could be related.
+         ! At the stress-free start no force exists to which the residual could be related; it is recorded as zero.
          if (is_stress_free(state)) row%residual = 0.0_wp
          run%points = run%points + 1
          run%recorded_load = state%load_factor
@@ -113,8 +113,9 @@ contains
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! assembled and factored at `state`
       type(span_sums_t), intent(in) :: spans   !! forces of the contact spans
-      integer, intent(in) :: number            !! number of points recorded before this point; it decides whether fields are stored
-      character(*), intent(in) :: label        !! label of the point; a point with a label always has fields
+      integer, intent(in) :: number !! count of points recorded before this one; every so many points fields (values at all nodes)
+      !! are stored
+      character(*), intent(in) :: label        !! label of the point; fields are always stored at a point with a label
       type(point_t) :: point
       real(wp), allocatable :: shares(:), totals(:, :), u(:, :)
       type(pose_t) :: pose
@@ -192,7 +193,8 @@ contains
       subroutine add_contact_fields()
          real(wp), allocatable :: reaction(:), density(:), gap(:), place(:, :)
          integer :: n, rows, k
-         ! The rows of the mesh follow the contacts of the mesh's model. Contact spans have no rows in it.
+         ! The arrays for the mesh have one row for each node of each contact in the mesh's model. Contact spans have no rows in
+         ! them.
          n = sum([(size(problem%model%contact(k)%node), k=1, size(problem%model%contact))])
          allocate (reaction(n), density(n), gap(n), place(2, n), source=0.0_wp)
          call measure_mesh(reaction, density, gap, place)
@@ -235,7 +237,8 @@ contains
       !> Copies the reactions of a contact from nodes of the mesh that coincide with nodes of the deck.
       subroutine take_reactions(contact, mesh_rows, deck_rows, reaction, density)
          integer, intent(in) :: contact
-         integer, intent(in) :: mesh_rows, deck_rows !! numbers of rows that precede those of the contact
+         integer, intent(in) :: mesh_rows, deck_rows !! counts of rows before those of the contact, in the arrays of the mesh and of
+         !! the deck
          real(wp), intent(in) :: reaction(:), density(:) !! (rows of the mesh) reaction, and reaction by length of the rod
          integer :: row(problem%model%mesh%n_nodes), i, mesh_node, element
          real(wp) :: tau

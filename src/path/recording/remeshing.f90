@@ -21,13 +21,14 @@ module remeshing
 
 contains
 
-   !> Requests a finer mesh if the errors of an event exceed the tolerance. For a detachment the error contributions are those of
-   !> the reduced problem, which has no elements on the straight wall; these few elements are exact.
+   !> Requests a finer mesh if the errors of an event exceed the tolerance. At a detachment contacts without force open. Its error
+   !> contributions are computed on the reduced problem without these contacts, which has no elements on the straight wall; such
+   !> elements are exact.
    subroutine request_mesh_at_event(problem, step, run, located_event, tries, outcome, request)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      type(located_event_t), intent(in) :: located_event !! the event, located
+      type(located_event_t), intent(in) :: located_event !! the event and the place at which it was located
       integer, intent(in) :: tries                       !! number of meshes made because of the event's errors
       type(outcome_t), intent(in) :: outcome
       type(request_t), intent(inout) :: request
@@ -54,7 +55,7 @@ contains
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(state_t), intent(in) :: place
-      real(wp), intent(in) :: force_scale        !! scale of forces at the point, see system_t
+      real(wp), intent(in) :: force_scale        !! scale of forces at the point (force_scale of its system)
       type(error_bars_t), allocatable, intent(in) :: bars
       logical, intent(in) :: critical !! true: the point is a critical point, whose error bars must be bounded
       integer, intent(in) :: tries    !! number of meshes made because of the point's errors
@@ -78,10 +79,11 @@ contains
       call request_mesh(problem, place, bars, sizes_there(problem, step, run, place, force_scale, asked, outcome), &
          & step%asked_of, asked, &
          & critical, tries, can_settle, run%mesh%refinement, request%smaller_residual, request%density)
-      ! The finer mesh did not reduce the errors. It is coarsened again; otherwise the mesh would be refined at each further point.
+      ! If the finer mesh has not reduced the errors, it is coarsened again; otherwise the mesh would be refined at each further
+      ! point.
       if (run%mesh%refinement%in_vain) run%mesh%coarser = run%mesh%refinement%demand
-      ! The mesh is made for the last accepted point if a free span may open behind it that the elements did not resolve, or if
-      ! nodes are at the interface points.
+      ! The mesh is made for the last accepted point, not for the trial, if a free span that the elements did not resolve may open
+      ! after this point, or if the trial's mesh has nodes at all interface points.
       if (allocated(request%density) .and. .not. request%at_last_point) &
          & request%at_last_point = allocated(bars%may_change) .or. marked(problem, place, find_cuts(problem, place))
    end subroutine request_finer_mesh
@@ -92,7 +94,7 @@ contains
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(state_t), intent(in) :: place
-      real(wp), intent(in) :: force_scale        !! scale of forces at the point, see system_t
+      real(wp), intent(in) :: force_scale        !! scale of forces at the point (force_scale of its system)
       type(error_bars_t), intent(in) :: bars
       integer, intent(in) :: tries               !! number of meshes made because of the point's errors
       type(outcome_t), intent(in) :: outcome
@@ -110,13 +112,13 @@ contains
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(state_t), intent(in) :: place
-      real(wp), intent(in) :: force_scale        !! scale of forces at the point, see system_t
+      real(wp), intent(in) :: force_scale        !! scale of forces at the point (force_scale of its system)
       real(wp), intent(in) :: asked              !! relative error that is allowed
       type(outcome_t), intent(in) :: outcome
       real(wp) :: sizes(1 + size(problem%deck%monitor)), load
       load = abs(place%load_factor)
       if (outcome%accuracy%load_step == problem%step) load = max(load, outcome%accuracy%load)
-      ! The first point may be almost unloaded, and its values no reference.
+      ! The first point may be almost unloaded, so that its values are no reference.
       if (step%method /= method_displacement) load = max(load, abs(step%increment))
       sizes = value_sizes(problem, max(force_scale, outcome%accuracy%force), load, max(run%motion, motion_sizes(problem, place)), &
          & asked)

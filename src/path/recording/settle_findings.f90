@@ -1,5 +1,5 @@
-!> Decides about what was found on an increment, before anything of it is recorded: which events are real and have which error bars,
-!> and whether a shorter increment, another mesh or a smaller residual is required first.
+!> Decides about the events found on an increment before any of them is recorded: which are real, which error bars they have, and
+!> whether a shorter increment, another mesh or a smaller residual is required first.
 module settle_findings
    use kinds, only: wp
    use model, only: step_t
@@ -21,16 +21,16 @@ module settle_findings
    private
    public :: arrival_t, settle
 
-   !> What the caller knows about a trial.
+   !> Facts about a trial, the point at the end of an increment, that the caller knows.
    type :: arrival_t
       type(increment_t) :: report                !! report of the correction to the trial
-      logical :: can_cut = .false.             !! true: the caller can repeat the increment with a shorter one
+      logical :: can_cut = .false.             !! true: the caller can replace the increment by a shorter one
       integer, allocatable :: tries !! number of meshes made because of this increment's errors; not allocated: another mesh cannot
       !! be requested. If another mesh is requested, no point is recorded
       character(2) :: label = ''               !! C+ or C- if the trial is a contact change with this label
-      integer :: times = 1                     !! multiplicity of the contact change at the trial
+      integer :: times = 1                     !! count of contacts that are gained or lost at the trial
       logical :: bracketed = .false.           !! true: the contact change was not located; it lies somewhere before the trial
-      real(wp), allocatable :: since !! bracketed: load factor from which on it may lie; not allocated: that of the last point
+      real(wp), allocatable :: since !! first load factor at which a bracketed change may lie; not allocated: that of the last point
       logical :: divides = .false.             !! C-: the contact span is divided, and parts of it stay in contact on both sides
       logical :: changes = .false.             !! true: the contact set changes at the trial, with or without a label
       logical, allocatable :: changing(:) !! (candidates) true: contact at the node begins or ends at the trial; not allocated: no
@@ -44,11 +44,11 @@ contains
    subroutine settle(problem, step, run, trial, arrival, findings, outcome, request)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run   !! its stored enriched problem is used again and updated
+      type(path_state_t), intent(inout) :: run   !! the enriched problem stored in it is used again and updated
       type(path_point_t), intent(in) :: trial    !! end of the increment
       type(arrival_t), intent(in) :: arrival
-      type(findings_t), intent(inout) :: findings !! in: from find_events; out: complete
-      type(outcome_t), intent(inout) :: outcome  !! receives the largest error so far
+      type(findings_t), intent(inout) :: findings !! in: events from find_events; out: complete
+      type(outcome_t), intent(inout) :: outcome  !! receives the largest error of all points so far
       type(request_t), intent(inout) :: request  !! in: empty
       call reject_node_corners(run, trial, findings)
       findings%duplicate = duplicates_of(run, trial, arrival%label /= '' .or. arrival%changes, findings%seen)
@@ -63,7 +63,7 @@ contains
 
    !> Finds the contact changes at which the load turns (corners of the path). If contact at nodes changes within the increment, a
    !> limit point at a corner without a reported contact change is rejected: nodes that come into contact one after the other cause
-   !> such corners, which other meshes do not have.
+   !> such corners, and other meshes do not have these corners.
    subroutine reject_node_corners(run, trial, findings)
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
@@ -91,14 +91,14 @@ contains
       type(arrival_t), intent(in) :: arrival
       type(findings_t), intent(inout) :: findings
       findings%stops = stop_met(step, run%last%test_values, trial%test_values)
-      ! The mesh is not refined if the deck gives it, or if it was already made anew for this increment: a second mesh made at
+      ! The mesh is not refined if the deck gives it, or if a mesh was already made anew for this increment: a second mesh made at
       ! the trial would lack nodes at the interface points of the first mesh. (The mesh of the next increment, which begins at a
       ! point before the event, has these nodes.)
       findings%keeps_mesh = .not. any(problem%layout%rod_segment%placed)
       if (allocated(arrival%tries)) findings%keeps_mesh = findings%keeps_mesh .or. arrival%tries > 0
    end subroutine note_conditions
 
-   !> Checks each located event and computes its error bars, up to the first that requires another increment.
+   !> Checks each located event and computes its error bars. It stops at the first event that requires another increment.
    subroutine settle_events(problem, step, run, trial, arrival, findings, outcome, request)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -135,7 +135,7 @@ contains
       associate (located_event => findings%seen(i))
          findings%duplicate(i) = turns_by_rounding(problem, step, run, trial, located_event)
          if (findings%duplicate(i)) return
-         ! The closure of a branch already has the error bars of its point on the parent path.
+         ! An event at which a branch closes already has error bars: those of the same point on the parent path.
          if (allocated(located_event%bars)) return
          request%shorter = arrival%can_cut .and. located_event%event%kind == event_stop .and. hides_release(problem, run, &
             & findings, i)
@@ -166,7 +166,7 @@ contains
       type(request_t), intent(inout) :: request
       logical :: behind_end, critical, can_remesh
       if (allocated(arrival%bars)) findings%bars = arrival%bars
-      ! A trial behind the end of the step is not a point of the step.
+      ! A trial that lies after the end of the step is not a point of the step and gets no error bars.
       behind_end = any(findings%seen%located .and. findings%seen%event%kind == event_stop .and. .not. findings%duplicate)
       critical = arrival%label /= '' .or. findings%stops
       can_remesh = allocated(arrival%tries)
