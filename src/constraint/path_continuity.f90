@@ -2,9 +2,9 @@
 !>
 !> Along a smooth path three conditions hold. The chord between two points equals the mean of their tangents (trapezoidal rule) up
 !> to the third order of its length. The mean load rate lies between the rates at the two points. The tangent turns little over an
-!> increment of reasonable length. A corrector that has converged to another path, or behind a loop of the same path, satisfies the
-!> conditions only by accident. They are checked after each correction, for every strategy (distance and angle: Allgower & Georg
-!> 1990, 6.1; Rheinboldt & Burkardt 1983).
+!> increment of reasonable length. If a corrector has converged to another path, or behind a loop of the same path, the point
+!> satisfies the conditions only by accident. The conditions are checked after each correction, for every strategy (distance and
+!> angle: Allgower & Georg 1990, 6.1; Rheinboldt & Burkardt 1983).
 !>
 !> Displacements are measured in the metric of path_control, load changes relative to the larger of the two load rates. The test
 !> depends neither on units nor on mesh nor on strategy. Nodes that move with touchdown points are included, because their
@@ -38,10 +38,10 @@ module path_continuity
       real(wp) :: length = 0.0_wp               !! length of the chord in the path metric
       real(wp) :: turn = 0.0_wp                 !! [rad] angle between the two tangents
       real(wp) :: distance = 0.0_wp             !! norm of (chord/length minus mean of the tangents); turn^2/8 on a circle
-      real(wp) :: load = 0.0_wp !! distance of the mean load rate from the interval between the two load rates, over the larger of
-      !! the two
+      real(wp) :: load = 0.0_wp !! distance of the mean load rate from the interval between the load rates at the two points,
+      !! divided by the larger of these rates
       real(wp) :: bending = 0.0_wp !! distance of the mean rate of the rotations (a vector over all nodes) from the ball in which
-      !! the rates at the two points are opposite poles, over the larger of the two rates
+      !! the rates at the two points are opposite poles, divided by the larger of these rates
       real(wp) :: rotation = 0.0_wp             !! [rad] largest rotation of a node, used if the first tangent is unknown
    end type relation_t
 
@@ -55,18 +55,19 @@ module path_continuity
    real(wp), parameter :: largest_load = largest_distance !! largest accepted `load`, for a load rate that is not monotonic over the
    !! increment
    real(wp), parameter :: right_angle = 0.5_wp * pi
-   real(wp), parameter :: no_motion = 1.0e-10_wp !! arc length that is mere rounding, as if loads only stress an immovable structure
+   real(wp), parameter :: no_motion = 1.0e-10_wp !! arc length that is mere rounding, as where loads stress a structure that cannot
+   !! move
 
 contains
 
    !> Control that prescribes the plane normal to the path tangent at a point. The load factor is scaled so that the whole load has
    !> the same weight as the whole displacement. At limit points the plane then prescribes mainly displacements, even of a slender
-   !> structure that has hardly moved. If the structure hardly moves with the load, it prescribes mainly the load.
+   !> structure that has hardly moved. If the structure hardly moves with the load, the plane prescribes mainly the load.
    function normal_plane(problem, state, heading, least) result(plane)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(path_tangent_t), intent(in) :: heading     !! path tangent at `state`
-      real(wp), intent(in), optional :: least    !! lower bound of the whole displacement, over the structure's size
+      real(wp), intent(in), optional :: least    !! lower bound of the whole displacement, divided by the structure's size
       type(control_t) :: plane
       real(wp) :: norm, all_of_it
       plane%method = method_load
@@ -194,7 +195,7 @@ contains
       weight = weight / (sum(state%geometry%element%length) * problem%size**2)
    end function free_weights
 
-   !> True if two points can be neighbours on one path; also true if they cannot be compared.
+   !> True if two points can be neighbours on one path, or cannot be compared.
    pure logical function same_path(relation)
       type(relation_t), intent(in) :: relation
       same_path = .not. relation%comparable .or. (relation%turn <= largest_turn .and. relation%distance <= largest_distance .and. &
@@ -208,8 +209,8 @@ contains
       turned_over = relation%comparable .and. relation%rotation > right_angle
    end function turned_over
 
-   !> True if the distance of a point from the start is much larger than the increment prescribes. A strategy without a constraint
-   !> equation can converge to such a point. On the same path the distance equals the increment up to the order of the squared turn.
+   !> True if the distance of a point from the start is much larger than the increment. A strategy without a constraint equation can
+   !> converge to such a point. On the same path the distance equals the increment up to the order of the squared turn.
    pure logical function too_far(problem, control, relation)
       type(problem_t), intent(in) :: problem
       type(control_t), intent(in) :: control    !! control of the increment; its tangent must be set if it prescribes an arc length
@@ -220,9 +221,10 @@ contains
    end function too_far
 
    !> True if the path has a corner between two points: a shorter increment from the same point turns the tangent by about the same
-   !> angle as a longer one. Piecewise linear foundation laws and contact changes cause corners.
+   !> angle as a longer increment. Piecewise linear foundation laws and contact changes cause corners.
    pure logical function at_corner(longer, shorter)
-      type(relation_t), intent(in) :: longer, shorter !! relations of two increments from one point, with their ends
+      type(relation_t), intent(in) :: longer, shorter !! relations between the start and the end of two increments from the same
+      !! start
       real(wp), parameter :: as_much = 0.75_wp  ! on a smooth curve the turn decreases in proportion to the length of the increment
       at_corner = longer%comparable .and. shorter%comparable .and. shorter%length < as_much * longer%length .and. &
          & shorter%turn > as_much * longer%turn .and. shorter%turn < right_angle
@@ -313,8 +315,8 @@ contains
       do c = 1, size(a%segment)
          if (.not. alike) return
          if (a%segment(c) == b%segment(c)) cycle
-         ! If the segment of the force law is known for one of the states only, the two states count as alike if both or neither are
-         ! in contact.
+         ! If the segment of the force law is known for one of the states only, the two states count as alike if the foundation is
+         ! in contact in both states or in neither.
          alike = any([a%segment(c), b%segment(c)] == segment_unknown)
          if (.not. alike) return
          e = problem%ground%chain%element(2, c)
@@ -328,7 +330,8 @@ contains
    end function alike
 
    !> Interpolates between two points of one path. The interpolation is cubic in displacements and load factor. It is linear in the
-   !> other variables, and in the displacements of nodes that move along the rod, because the tangents are not the rates of these.
+   !> other variables, and in the displacements of nodes that move along the rod, because the tangents are not the rates of these
+   !> displacements.
    function between(problem, from, to, before, after, part) result(state)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to     !! the two states; `alike` must be true
@@ -349,8 +352,8 @@ contains
       where (state%segment == segment_unknown) state%segment = to%segment
    end function between
 
-   !> Weighted mean of states of one path. The nodes are at the weighted mean of their positions along the rods. Flags are those of
-   !> the first state.
+   !> Weighted mean of states of one path. The nodes are at the weighted mean of their positions along the rods. The flags are
+   !> copied from the first state.
    function blended(problem, states, weight) result(state)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: states(:)    !! the states; `alike` must be true for any two
@@ -419,15 +422,16 @@ contains
       end do
    end function part_at
 
-   !> True if the path has reversed without an event and retraces its points: the given point lies on the path between two other
-   !> points, and its path tangent has the opposite direction. Shorter increments would separate the two sides of a sharp turn.
+   !> True if the path has reversed without an event and retraces its points. The given point then lies on the path between two
+   !> other points, and its path tangent has the opposite direction. On a sharp turn, in contrast, shorter increments would separate
+   !> the two sides.
    pure logical function goes_back(problem, from, to, chord, before, after, place, heading)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to, place
       real(wp), intent(in) :: chord(:, :)       !! (3, nodes) displacement between `from` and `to`, see chord_between
       type(path_tangent_t), intent(in) :: before, after, heading !! path tangents at `from`, `to` and `place`
-      real(wp), parameter :: same = 0.04_wp * largest_turn**2 !! largest distance from the path, over the length of the chord, at
-      !! which a point is on the path; on a circular arc the error of the cubic is turn^3/384
+      real(wp), parameter :: same = 0.04_wp * largest_turn**2 !! largest distance from the path, divided by the length of the chord,
+      !! at which a point is on the path; on a circular arc the error of the cubic is turn^3/384
       real(wp), dimension(3, size(from%u, 2)) :: way, last
       real(wp) :: length, along, weight(3), load
       goes_back = .false.

@@ -44,10 +44,10 @@ module path_control
       real(wp) :: load_scale = 0.0_wp          !! arc length that corresponds to a unit of the load factor
       real(wp), allocatable :: tangent(:, :)   !! (3, nodes) displacements of the unit path tangent at the start
       real(wp) :: tangent_load = 0.0_wp        !! load factor component of the unit path tangent
-      real(wp), allocatable :: previous(:, :) !! (3, nodes) tangent of the previous increment; not allocated: there is none, or the
-      !! method does not use it
-      integer :: flat = 0 !! candidate of a point contact whose relative curvature must become equal to `increment`, whatever the
-      !! method; 0: none
+      real(wp), allocatable :: previous(:, :) !! (3, nodes) tangent of the previous increment; not allocated: there is no previous
+      !! increment, or the method does not use its tangent
+      integer :: flat = 0 !! candidate of a point contact whose relative curvature must become equal to `increment`, for any method;
+      !! 0: no such candidate
       real(wp), allocatable :: watched !! displacement of the controlled monitor at the start; allocated if nodes have moved since
       !! the start
    end type control_t
@@ -229,9 +229,9 @@ contains
       node = place(2)
    end subroutine largest_component
 
-   !> Sets the constraint row of the cylindrical and spherical strategies: the tangent plane of the circle (constraint) at a point
-   !> on the line along which the corrections lie. This point is the root of Crisfield's quadratic that is closer to the increment
-   !> so far or, without a real root, the point of the line nearest to the circle.
+   !> Sets the constraint row of the cylindrical and spherical strategies. The constraint is a circle; the row is its tangent plane
+   !> at a point on the line along which the corrections lie. This point is the root of Crisfield's quadratic that is closer to the
+   !> increment made so far or, without a real root, the point of the line nearest to the circle.
    subroutine circle_row(problem, control, so_far, dl, system, rhs)
       type(problem_t), intent(in) :: problem
       type(control_t), intent(in) :: control
@@ -252,7 +252,7 @@ contains
       at = so_far + fixed
       a = metric(problem, line, line) + weight
       b = metric(problem, at, line) + weight * dl
-      ! If the load moves no rod, the circle does not determine the load factor, which the row above keeps.
+      ! If the load moves no rod, the circle does not determine the load factor; the row that is set above keeps it constant.
       rhs = 0.0_wp
       if (.not. a > 0.0_wp) return
       c = metric(problem, at, at) + weight * dl**2 - control%increment**2
@@ -280,7 +280,7 @@ contains
       end do
    end function metric_row
 
-   !> Violation of the constraint at an iterate, over the increment.
+   !> Violation of the constraint at an iterate, divided by the increment.
    pure real(wp) function control_error(problem, control, start, state)
       type(problem_t), intent(in) :: problem
       type(control_t), intent(in) :: control
@@ -317,7 +317,7 @@ contains
       end select
    end function control_error
 
-   !> Largest violation of the constraint, over the increment, that is allowed at a point of the path.
+   !> Largest violation of the constraint, divided by the increment, that is allowed at a point of the path.
    pure real(wp) function constraint_tolerance(step)
       type(step_t), intent(in) :: step
       constraint_tolerance = max(step%tolerance, 1.0e-9_wp)
@@ -360,14 +360,15 @@ contains
    end function displacement_between
 
    !> Transfers the start and the control of an increment to the material points that are nodes of an iterate. The tangent is
-   !> transferred if the constraint contains it at every iterate; other constraints contain it at the start only.
+   !> transferred if the constraint contains the tangent at every iterate; other constraints contain it at the start only.
    subroutine follow_nodes(problem, start, control, state, kept, origin, seen)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
       type(control_t), intent(in) :: control
       type(state_t), intent(in) :: state
       type(kept_t), intent(inout) :: kept(:)      !! data of the start of the increment, see transfer_fields
-      type(state_t), intent(inout) :: origin !! in: start of the increment; out: its displacements are those at the iterate's nodes
+      type(state_t), intent(inout) :: origin !! in: start of the increment; out: with the displacements at the material points that
+      !! are nodes of the iterate
       type(control_t), intent(inout) :: seen      !! out: control with tangents at the iterate's nodes
       if (allocated(control%tangent) .and. any(control%method == [method_linearised, method_generalised, method_largest])) then
          call transfer_fields(problem, start, state%geometry, kept, origin%u, control%tangent, seen%tangent)

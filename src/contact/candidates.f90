@@ -1,5 +1,6 @@
 !> Contact candidates of *CONTACT cards in one list, ordered along the rods. A candidate is a node with a contact reaction, or a
-!> node that only describes the position of a foundation that acts inside the elements.
+!> node that only describes the position of a foundation that acts inside the elements. Neighbouring candidates of a contact form a
+!> chain.
 module candidates
    use kinds, only: wp
    use model, only: model_t
@@ -24,7 +25,7 @@ module candidates
       real(wp), allocatable :: s(:)           !! nominal arc length along the chain [length]
       real(wp), allocatable :: tributary(:) !! half the length of the adjacent elements of the contact [length]; 1 for stops at
       !! nodes
-      real(wp), allocatable :: gap_offset(:)
+      real(wp), allocatable :: gap_offset(:) !! (n) value added to the distance from the obstacle to obtain the gap [length]
       real(wp), allocatable :: overlap(:) !! distance by which the obstacle is withdrawn at the start [length], see initial_overlap;
       !! 0 until the problem sets it
       ! Nodes of contact spans. All of them are bilateral; the other properties are:
@@ -42,7 +43,7 @@ module candidates
       logical, allocatable :: moves(:)        !! true: touchdown point, whose node moves along the rod
       logical, allocatable :: rolls(:) !! true: point contact of a smooth rod, whose force moves along the rod as the rod rotates,
       !! even if the node is at a segment boundary and does not move
-      logical, allocatable :: held(:)         !! true: touchdown point fixed at its present position (with_held)
+      logical, allocatable :: held(:)         !! true: touchdown point that is fixed at its present position (with_held)
       real(wp), allocatable :: chain_length(:) !! (contacts) length of the chain if it is closed; 0: the chain is open
    end type candidates_t
 
@@ -85,7 +86,8 @@ contains
             do e = 1, mesh%n_elements
                if (model%obstacle(contact%obstacle)%at_nodes) exit
                if (.not. (member(mesh%node(1, e)) .and. member(mesh%node(2, e)))) cycle
-               ! At a joint of several elements the chain continues along the first of them; the other elements begin new chains.
+               ! At a joint of several elements the chain continues along the first element; each of the other elements begins a new
+               ! chain.
                if (next(mesh%node(1, e)) == 0) next(mesh%node(1, e)) = e
                if (previous(mesh%node(2, e)) == 0) previous(mesh%node(2, e)) = e
             end do
@@ -132,7 +134,7 @@ contains
             list%bilateral(here) = model%obstacle(list%obstacle(here))%bilateral
             call obstacle_gap(model%obstacle(list%obstacle(here)), geometry%x(:, at), gap, normal, bend)
             if (list%bilateral(here)) then
-               ! A bilateral contact is free of force at the start, whatever the gap to its obstacle is.
+               ! A bilateral contact is free of force at the start, even if its node is not on the obstacle.
                list%gap_offset(here) = -gap
             else if (model%obstacle(list%obstacle(here))%at_nodes) then
                list%gap_offset(here) = model%contact(c)%gap - gap
@@ -171,7 +173,7 @@ contains
 
    end function new_candidates
 
-   !> Appends bilateral candidates, whose node, contact and neighbours are not set.
+   !> Appends `more` bilateral candidates to a list. Their nodes, contacts and neighbours are not yet set.
    pure subroutine add_candidates(list, more)
       type(candidates_t), intent(inout) :: list
       integer, intent(in) :: more

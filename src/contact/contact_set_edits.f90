@@ -1,5 +1,5 @@
 !> Edits of a contact set: each function makes a new set of contact spans from a given one. Added contact spans are at the end of
-!> the new set and have the number 0.
+!> the new set; their identity number is 0 until `numbered` gives them one.
 module contact_set_edits
    use kinds, only: wp
    use contact_spans, only: contact_span_t
@@ -9,7 +9,7 @@ module contact_set_edits
 
 contains
 
-   !> Adds a point contact.
+   !> Adds a point contact to the set.
    pure function begun(set, contact, rod_segment, at) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: contact, rod_segment !! index of the contact, index of the rod segment
@@ -70,11 +70,12 @@ contains
       new(k)%at = [min(set(k)%at(1), to), max(set(k)%at(2), to)]
    end function extended
 
-   !> Makes the free span between two contact spans, or beside one contact span, a part of a line contact. Of two contact spans the
-   !> one before the free span is extended over it and over the other one, which is removed.
+   !> Makes a free span, together with the contact spans beside it, a line contact. If there is a contact span on both sides, the
+   !> one before the free span is extended over the free span and over the one behind, which is removed.
    pure function laid_down(set, beside, ends) result(new)
       type(contact_span_t), intent(in) :: set(:)
-      integer, intent(in) :: beside(2)          !! contact spans before and after the free span; one of them may be 0: none
+      integer, intent(in) :: beside(2) !! contact spans before and after the free span; 0: no contact span on this side (at most one
+      !! may be 0)
       real(wp), intent(in) :: ends(2)           !! coordinates of the two ends of the free span
       type(contact_span_t), allocatable :: new(:)
       integer :: side
@@ -88,7 +89,7 @@ contains
       end if
    end function laid_down
 
-   !> Replaces two point contacts, k and `other`, of a segment by one point contact between them.
+   !> Replaces two point contacts, k and `other`, of a rod segment by one point contact in the middle between them.
    pure function merged(set, k, other) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k, other

@@ -18,26 +18,27 @@ module contact_spans
    real(wp), parameter :: point_share = 1.0e-5_wp  !! a shorter line contact inside the segment is a point contact. Beside the
    !! middle of a clamped column a line may begin and end with lengths of this order
    real(wp), parameter :: initial_share = 2.0_wp * closed_share !! initial length of a line contact, or of a contact that continues
-   !! past a segment boundary; it exceeds the length of a closed span
+   !! past a segment boundary; it exceeds the length below which a free span is closed
 
    !> One connected contact of one rod segment with one obstacle.
    type :: contact_span_t
       integer :: number = 0 !! identity number, constant from the start to the end of the contact; 0: not yet assigned
       integer :: contact = 0                !! index into model%contact
       integer :: rod_segment = 0            !! index into layout%rod_segment
-      real(wp) :: at(2) = 0.0_wp            !! coordinates of its two ends along the rod segment; equal for a point contact
+      real(wp) :: at(2) = 0.0_wp !! coordinates of the two ends of the contact along the rod segment; equal for a point contact
       logical :: line = .false.
       ! Data that depend on the mesh:
       integer :: element(2) = 0 !! first and last conforming element; for a point contact: the element after and the element before
       !! the point (either may be 0: none)
-      integer :: candidate(2) = 0           !! candidates at the two ends; at a segment boundary shared with another contact span
+      integer :: candidate(2) = 0 !! candidates at the two ends; at a segment boundary another contact span may have the same
+      !! candidate
    end type contact_span_t
 
 contains
 
-   !> Decides which contacts are represented by contact spans. The other contacts act at the deck's nodes, which are then fixed;
-   !> they exclude contact spans of all contacts on the same elements. Unless the deck requests contact at nodes, `needs` names the
-   !> condition that a contact does not satisfy.
+   !> Decides which contacts are represented by contact spans (component `along`). The other contacts act at the deck's nodes, which
+   !> are then fixed; they exclude contact spans of all contacts on the same elements. Component `needs` of such a contact names the
+   !> condition that it does not satisfy; it is not set if the deck requests contact at nodes.
    subroutine choose_spans(model)
       type(model_t), intent(inout) :: model
       type(layout_t) :: layout
@@ -97,9 +98,9 @@ contains
       end do
    end function acts_at_nodes
 
-   !> Conditions for contact spans that a contact with a rigid obstacle does not satisfy, in words; '' if it satisfies all.
-   !> Conditions are: rods without shear flexibility; nodes that the program may place; and no other contact on the same elements
-   !> that line contacts do not support.
+   !> Condition for contact spans that a contact with a rigid obstacle does not satisfy, in words; '' if the contact satisfies all
+   !> conditions. The conditions are: rods without shear flexibility; nodes that the program may place; and no other contact on the
+   !> same elements that line contacts do not support.
    pure function span_needs(model, layout, contact) result(needs)
       type(model_t), intent(in) :: model    !! model of the deck
       type(layout_t), intent(in) :: layout
@@ -147,8 +148,8 @@ contains
 
    contains
 
-      !> Another contact on an element that excludes contact spans there; 0: none. (Contact at nodes needs the deck's nodes. A
-      !> foundation with tension does not exclude contact spans, because it acts on free rods and in line contacts alike.)
+      !> Another contact on an element that excludes contact spans there; 0: no such contact. (Contact at nodes needs the deck's
+      !> nodes. A foundation with tension does not exclude contact spans, because it acts on free rods and in line contacts alike.)
       pure integer function other_contact(e) result(other)
          integer, intent(in) :: e
          do other = 1, size(model%contact)

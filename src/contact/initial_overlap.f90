@@ -2,8 +2,8 @@
 !> obstacle anywhere, also between nodes.
 !>
 !> The obstacle of each contact is withdrawn along its normal by the deepest penetration, so that a path begins without penetration.
-!> A penetration within the rounding of coordinates is not restored later. A deeper one requires *CONTACT INTERFERENCE, SHRINK,
-!> which moves the obstacle to its place during a step.
+!> A penetration within the rounding of coordinates is not restored later. A deeper penetration requires *CONTACT INTERFERENCE,
+!> SHRINK, which moves the obstacle to its place during a step.
 module initial_overlap
    use kinds, only: wp
    use minimum_search, only: minimum_search_t, to_rounding
@@ -16,8 +16,8 @@ module initial_overlap
    public :: overlap_of_nodes, overlap_between, overlap_of_modes, deepest_start, deepest_overlap, gap_inside
 
    integer, parameter :: samples = 8 !! number of parts into which the samples divide an element
-   real(wp), parameter :: penetration_tolerance = 1.0e-6_wp !! rounding of the coordinates in a deck, over the extent of the perfect
-   !! geometry
+   real(wp), parameter :: penetration_tolerance = 1.0e-6_wp !! rounding of the coordinates in a deck, divided by the extent of the
+   !! perfect geometry
 
 contains
 
@@ -27,8 +27,8 @@ contains
       deepest_start = penetration_tolerance * maxval(maxval(model%mesh%x_nominal, 2) - minval(model%mesh%x_nominal, 2))
    end function deepest_start
 
-   !> Deepest initial penetration into the obstacle of a contact, the distance by which the obstacle is withdrawn at the start
-   !> [length]; 0 if nothing penetrates it.
+   !> Deepest initial penetration into the obstacle of a contact [length]. The obstacle is withdrawn by this distance at the start.
+   !> 0: nothing penetrates the obstacle.
    real(wp) function deepest_overlap(model, contact) result(overlap)
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
@@ -175,7 +175,8 @@ contains
       least = search%least
    end subroutine least_gap_between
 
-   !> Gap at a place of a stress-free element, with the contact's obstacle in its initial position; includes the clearance GAP.
+   !> Gap at a place of a stress-free element, with the contact's obstacle in its initial position. The gap includes the clearance
+   !> GAP.
    real(wp) function gap_inside(model, contact, e, tau) result(gap)
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact

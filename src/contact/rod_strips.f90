@@ -1,8 +1,8 @@
 !> Converts contact sets to coordinates along whole rods, and back. In a problem contact spans are divided at segment boundaries,
-!> where loads and supports act. This module joins them to contacts on a continuous rod (a strip): a sequence of rod segments that
-!> continue one another. The edits of contact sets (contact_set_edits) then need no rule for contacts that cross a boundary. In a
-!> set on continuous rods, component `rod_segment` of a contact span is the index of the continuous rod, and `at` are coordinates
-!> along it.
+!> where loads and supports act. This module joins these pieces to contacts on a continuous rod (a strip): a sequence of rod
+!> segments that continue one another. The edits of contact sets (contact_set_edits) then need no rule for contacts that cross a
+!> boundary. In a set on continuous rods, component `rod_segment` of a contact span is the index of the continuous rod, and `at` are
+!> coordinates along this rod.
 module rod_strips
    use kinds, only: wp
    use rod_layout, only: layout_t
@@ -62,8 +62,8 @@ contains
       end subroutine follow
    end function find_strips
 
-   !> True if two contact sets have the same point and line contacts with ends at the same segment boundaries or inside the same
-   !> segments; the places of touchdown points may differ.
+   !> True if two contact sets have the same point and line contacts, and corresponding ends are at the same segment boundaries or
+   !> inside the same segments. The places of touchdown points may differ.
    logical function same_kind(layout, one, other) result(same)
       type(layout_t), intent(in) :: layout
       type(contact_span_t), intent(in) :: one(:), other(:) !! contact sets on rod segments
@@ -119,7 +119,8 @@ contains
       call sort_contact_spans(all)
       allocate (set(0))
       do k = 1, size(all)
-         ! A line that has shrunk to less than nothing, beyond its change of contact, comes after the next one.
+         ! Beyond the place of the path where it vanishes, a line contact has a negative length. It is then sorted behind the line
+         ! contact that continues it.
          before = findloc([(continues(set(i), all(k)), i=1, size(set))], .true., 1)
          behind = findloc([(continues(all(k), set(i)), i=1, size(set))], .true., 1)
          if (before > 0) then
@@ -148,7 +149,7 @@ contains
          end do
       end subroutine join_over_ends
 
-      !> The same contact with coordinates smaller by one turn around the closed rod.
+      !> A contact span with its coordinates reduced by one turn around the closed rod.
       pure type(contact_span_t) function shifted(one)
          type(contact_span_t), intent(in) :: one
          shifted = one
@@ -163,11 +164,12 @@ contains
       end function continues
    end function on_strips
 
-   !> Converts a contact set from continuous rods to rod segments. A line contact is divided at segment boundaries. Its last piece
-   !> is left out if it is shorter than the least length with which a contact continues behind a boundary.
+   !> Converts a contact set from continuous rods to rod segments. A line contact is divided at segment boundaries. The last piece
+   !> of a line contact is left out if it is shorter than the least length with which a contact continues behind a boundary.
    subroutine on_segments(strip, covered, set, contact_span, valid)
       type(strip_t), intent(in) :: strip(:)
-      logical, intent(in) :: covered(:, :)     !! (rod segments, contacts) as in problem_t
+      logical, intent(in) :: covered(:, :) !! (rod segments, contacts) true: contact spans are allowed on the whole segment; false:
+      !! nowhere on it
       type(contact_span_t), intent(in) :: set(:) !! contact set on continuous rods
       type(contact_span_t), allocatable, intent(out) :: contact_span(:)
       logical, intent(out) :: valid !! false: contacts overlap, or lie outside the rod or outside the segments that the contact
@@ -237,7 +239,7 @@ contains
       end function overlaps
    end subroutine on_segments
 
-   !> Coordinates shifted by whole turns around a closed rod so that they are nearest to another coordinate.
+   !> Coordinates `at`, shifted by whole turns around a closed rod so that their mean is nearest to coordinate `to`.
    pure function brought_near(strip, at, to) result(near)
       type(strip_t), intent(in) :: strip
       real(wp), intent(in) :: at(:), to
@@ -261,7 +263,7 @@ contains
       at_boundary = any([(coincide(strip, strip%start(k), at), k=1, size(strip%start))])
    end function at_boundary
 
-   !> Number of the part of the continuous rod that contains a place: 2 i for segment boundary i, 2 i + 1 for the interior between
+   !> Index of the part of the continuous rod that contains a place: 2 i for segment boundary i, 2 i + 1 for the interior between
    !> boundaries i and i + 1. The end of a closed rod is its first boundary.
    pure integer function cell(strip, at)
       class(strip_t), intent(in) :: strip

@@ -1,6 +1,6 @@
-!> LCP of the uncertain candidates for an increment from the present contact set. It is a principal pivotal transform of the
-!> textbook LCP (17)-(18) of the paper (Silveira & Goncalves 2001). Complementary variables of a candidate, with the stiffness k of
-!> its foundation (1/k = 0 for rigid obstacles):
+!> Linear complementarity problem (LCP) of the uncertain candidates: those whose contact may change in an increment. It is a
+!> principal pivotal transform of the LCP (17)-(18) in the paper (Silveira & Goncalves 2001). Complementary variables of a
+!> candidate, with the stiffness k of its foundation (1/k = 0 for rigid obstacles):
 !>
 !>   open now:   z = reaction r,            w = opening b = gap + r/k
 !>   active now: z = opening b = gap + r/k, w = reaction r
@@ -30,8 +30,8 @@ module contact_lcp
    public :: contact_lcp_t, new_contact_lcp, add_candidates, solve_contact_lcp, add_solution, predict_contact, gap_change, &
       & reaction_change
 
-   !> w = q + M z for n uncertain candidates (z and w as in the header of this module). The columns of M follow from solutions of
-   !> the bordered system, the responses to a unit of each z.
+   !> w = q + M z for n uncertain candidates; z and w are explained in the header of this module. Each column of M follows from a
+   !> solution of the bordered system, the response to a unit of one z.
    type :: contact_lcp_t
       integer, allocatable :: candidate(:)      !! (n) uncertain candidates, in the order in which they were added
       real(wp), allocatable :: x(:, :), y(:)    !! (unknowns, n), (n) increments of the unknowns and of the load factor
@@ -78,7 +78,7 @@ contains
             do i = merge(old + 1, 1, k <= old), n
                lcp%m(i, k) = response(lcp%candidate(i), lcp%x(:, k), lcp%y(k), lcp%force(:, k))
             end do
-            ! The diagonal also contains the candidate's own foundation: its compliance or, for an active candidate, its stiffness.
+            ! The diagonal also contains the foundation at the candidate: its compliance or, for an active candidate, its stiffness.
             if (k <= old .or. .not. system%soft(candidate) .or. problem%coupling%entry(candidate) > 0) cycle
             if (state%active(candidate)) then
                lcp%m(k, k) = lcp%m(k, k) + system%spring(candidate)
@@ -104,8 +104,8 @@ contains
          end if
       end function response
 
-      !> Openings and reactions of all candidates on coupled ground in the response of a column. Values of other candidates are not
-      !> set.
+      !> Openings and reactions of all candidates on coupled ground in the response of a column. Values of candidates that are not
+      !> on coupled ground are not set.
       subroutine response_of_column(candidate, x, y)
          integer, intent(in) :: candidate         !! candidate of the column
          real(wp), intent(in) :: x(:), y
@@ -145,8 +145,8 @@ contains
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
       type(contact_lcp_t), intent(in) :: lcp
-      real(wp), intent(inout) :: x(:), y !! increments of the unknowns and of the load factor; out: with the columns, each times its
-      !! z
+      real(wp), intent(inout) :: x(:), y !! increments of the unknowns and of the load factor; out: the columns of the LCP, each
+      !! times its z, are added
       real(wp), intent(inout) :: gap(:), reaction(:)   !! (candidates) gaps and reactions; out: after the increment
       real(wp) :: force(system%n), given(problem%candidates%n)
       integer :: k
@@ -162,8 +162,8 @@ contains
       call predict_contact(problem, system, x, y, state%active, given, force, gap, reaction)
    end subroutine add_solution
 
-   !> Column of a candidate: response of the structure to a unit of its reaction, if the candidate is open, or of its opening, if it
-   !> is active.
+   !> Column of a candidate. It is the response of the structure to a unit of the candidate's reaction, if the candidate is open, or
+   !> to a unit of its opening, if it is active.
    subroutine solve_column(problem, state, system, candidate, x, y, force, ok)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -180,7 +180,7 @@ contains
       if (state%active(candidate) .and. system%unknown(candidate) > 0) then
          prescribed(system%unknown(candidate)) = 1.0_wp / system%slope(candidate)
          d = system%partner(candidate)
-         ! At a corner between two obstacles the node can only move along the other obstacle.
+         ! At a corner between two obstacles the node can only move along the obstacle of the other contact.
          if (d > 0) prescribed(system%unknown(d)) = -prescribed(system%unknown(candidate)) * &
             & dot_product(system%normal(:, candidate), system%normal(:, d)) / system%slope(d)
       else
@@ -206,8 +206,8 @@ contains
          if (state%active(candidate)) pair = pair * system%spring(candidate)
       end function own_force
 
-      !> Adds the forces that coupled ground exerts on the nodes, with their displacements held, for a unit of the unknown z of a
-      !> candidate in the complementarity problem.
+      !> Adds the forces that coupled ground exerts on the nodes for a unit of the unknown z of a candidate in the complementarity
+      !> problem. The displacements of the nodes are held at zero.
       subroutine add_coupled_load()
          real(wp) :: opening(problem%candidates%n), push(problem%candidates%n)
          opening = 0.0_wp
@@ -216,7 +216,7 @@ contains
       end subroutine add_coupled_load
    end subroutine solve_column
 
-   !> Vector over the candidates: 1 for the given candidate, 0 for the others.
+   !> Vector over the candidates: 1 for the given candidate, 0 for all other candidates.
    pure function unit(problem, candidate)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
@@ -262,7 +262,7 @@ contains
       if (problem%coupling%n > 0) call coupled_response(problem%coupling, system%coupling, given, gap, reaction)
    end subroutine predict_contact
 
-   !> Change of a candidate's gap. It includes the motion of the obstacle and the part of the gap that closes with the load factor.
+   !> Change of a candidate's gap, including the motion of the obstacle and the part of the gap that closes with the load factor.
    pure real(wp) function gap_change(problem, system, candidate, x, y)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -277,8 +277,8 @@ contains
          & y * system%closing(candidate)
    end function gap_change
 
-   !> Change of the reaction of an active rigid candidate. It follows from the candidate's row of the equilibrium equations and from
-   !> the row of its partner (the second obstacle at the same node).
+   !> Change of the reaction of an active rigid candidate. The change follows from the candidate's row of the equilibrium equations
+   !> and from the row of its partner (the second obstacle at the same node).
    pure real(wp) function reaction_change(system, candidate, x, y)
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate

@@ -1,6 +1,6 @@
-!> One Newton step with unilateral contact at nodes: the linearised equations with the present contact set, and an LCP for the
-!> uncertain candidates only. A candidate becomes uncertain if its own sign condition or that of a neighbour is violated. Further
-!> candidates become uncertain until no remaining candidate violates its condition.
+!> One Newton step with unilateral contact at nodes: the linearised equations with the present contact set, and a linear
+!> complementarity problem (LCP) for the uncertain candidates only. A candidate becomes uncertain if its own sign condition or that
+!> of a neighbour is violated. Further candidates become uncertain until no remaining candidate violates its condition.
 module contact_set
    use kinds, only: wp, parallel
    use problem, only: problem_t
@@ -13,10 +13,10 @@ module contact_set
    private
    public :: contact_step_t, solve_contact_step, gap_tolerance, sign_slack, overlap_allowed
 
-   real(wp), parameter :: gap_tolerance = 1.0e-11_wp      !! accepted penetration of an open candidate, over the structure's size
-   real(wp), parameter :: reaction_tolerance = 1.0e-10_wp !! accepted tension of an active candidate, over the force scale
-   real(wp), parameter :: sign_slack = 1.0e-8_wp          !! accepted tension in a converged state, over the force scale, and
-   !! accepted negative gap at an event, over the structure's size
+   real(wp), parameter :: gap_tolerance = 1.0e-11_wp !! accepted penetration of an open candidate, divided by the structure's size
+   real(wp), parameter :: reaction_tolerance = 1.0e-10_wp !! accepted tension of an active candidate, divided by the force scale
+   real(wp), parameter :: sign_slack = 1.0e-8_wp !! accepted tension in a converged state, divided by the force scale, and accepted
+   !! negative gap at an event, divided by the structure's size
    integer, parameter :: largest_lcp = 400 !! largest number of uncertain candidates for which an LCP is solved; if there are more,
    !! candidates change between open and active by their signs
    integer, parameter :: max_rounds = 20
@@ -39,8 +39,8 @@ module contact_set
 contains
 
    !> Solves for the increment that removes the residual and satisfies the path constraint and the contact conditions. If `frozen`
-   !> is true, the contact set is not changed, whatever the signs (the equilibrium iterations of the paper, Silveira & Goncalves
-   !> 2001).
+   !> is true, the contact set is kept, even if gaps or reactions have the wrong sign (as in the equilibrium iterations of Silveira
+   !> & Goncalves 2001).
    subroutine solve_contact_step(problem, state, system, path_rhs, frozen, result)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -77,7 +77,7 @@ contains
       call timing_stop(phase_contact)
    end subroutine solve_contact_step
 
-   !> Finds the contact set whose predicted gaps and reactions satisfy their sign conditions, if those of the present set do not.
+   !> Finds the contact set whose predicted gaps and reactions satisfy their sign conditions. Those of the present set violate them.
    subroutine complement(problem, state, system, gap, reaction, result)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -142,8 +142,9 @@ contains
 
    contains
 
-      !> If there are too many uncertain candidates for an LCP, the candidates of the last LCP take its result, and all other
-      !> candidates whose sign is violated change between open and active. The equations must then be linearised again.
+      !> Changes contact by signs if there are too many uncertain candidates for an LCP. The candidates of the last LCP take its
+      !> result; all other candidates whose sign condition is violated change between open and active. The equations must then be
+      !> linearised again.
       subroutine flip()
          result%active = state%active .neqv. wrong
          result%active(lcp%candidate) = state%active(lcp%candidate) .neqv. lcp%z > 0.0_wp
@@ -190,8 +191,9 @@ contains
       end function held
    end subroutine release_parallel
 
-   !> Marks the candidates whose predicted gap or reaction has the wrong sign; bilateral candidates are never marked. The error of a
-   !> reaction is the rounding of the forces. At the start of a path the load increment determines the size of the forces.
+   !> Marks the candidates whose predicted gap or reaction has the wrong sign; bilateral candidates are never marked. A tension up
+   !> to the rounding error of the largest force is accepted. At the start of a path, where all forces are zero, the load increment
+   !> gives the size of the forces.
    function violated(problem, state, system, rise, gap, reaction) result(wrong)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -212,7 +214,7 @@ contains
       largest = max(maxval(abs(load(1::3))), maxval(abs(load(2::3))))
    end function largest_force
 
-   !> Candidates that become uncertain because their own gap or reaction, or that of a neighbour, has the wrong sign.
+   !> Candidates that become uncertain because the gap or reaction of the candidate itself, or of a neighbour, has the wrong sign.
    function next_uncertain(problem, system, wrong, uncertain, round) result(more)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -230,7 +232,7 @@ contains
       may = (with_neighbours(problem, wrong, round) .or. wrong_at(problem%candidates%node)) .and. .not. uncertain
       do c = 1, size(may)
          if (.not. abs(system%slope(c)) > 0.0_wp .or. problem%candidates%bilateral(c)) may(c) = .false.
-         ! On a horizontal segment of its force law a reaction is constant. It can become zero only on the first segment.
+         ! On a horizontal segment of its force law a reaction is constant. It can become zero only on the first segment of the law.
          if (system%soft(c) .and. .not. system%spring(c) > 0.0_wp) may(c) = .false.
       end do
       more = pack([(c, c=1, size(may))], may)

@@ -99,8 +99,8 @@ contains
             end do
             list%rolls(c) = .not. list%follows(c)
             if (.not. list%moves(c)) list%rolls(c) = list%rolls(c) .and. runs_through(problem, list%element(:, c))
-            ! Beside this node a line contact with another obstacle fixes the direction of the rod: the force of the point contact
-            ! does not roll.
+            ! A line contact with another obstacle beside this node fixes the direction of the rod: the force of the point contact
+            ! then does not move along the rod.
             if (list%rolls(c)) list%rolls(c) = .not. any(problem%conforms(pack(list%element(:, c), list%element(:, c) > 0)) > 0)
          end do
          list%twin = twins(list%node, problem%model%mesh%n_nodes)
@@ -122,8 +122,8 @@ contains
       end function node_of
    end subroutine add_span_candidates
 
-   !> True if the force of a point contact can roll past an end of a rod segment: there the rod is smooth, and the contact covers
-   !> both sides.
+   !> True if the force of a point contact can move past an end of a rod segment as the rod rolls on the obstacle. There the rod is
+   !> smooth, and the contact covers both sides.
    pure logical function rolls_at(problem, contact, rod_segment, side)
       type(problem_t), intent(in) :: problem         !! problem with contact spans
       integer, intent(in) :: contact, rod_segment

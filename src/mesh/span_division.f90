@@ -1,5 +1,5 @@
-!> Division of rod segments into elements. Each span between contacts, segment boundaries and interface points gets a number of
-!> elements, which follows from the deck's elements or from a mesh density.
+!> Division of rod segments into elements. The number of elements in each span between contacts, segment boundaries and interface
+!> points follows from the deck's elements or from a mesh density.
 module span_division
    use kinds, only: wp
    use obstacle_types, only: obstacle_line
@@ -105,11 +105,12 @@ contains
       end function layer_at
 
       !> Adds the nodes up to the end of a span. With the deck's density all free spans of the segment together get the deck's
-      !> number of elements. A line contact gets as many elements as the deck has on its length; a quarter of these on a perfect rod
-      !> without foundation and without loads that vary; the least number on a straight obstacle. The number of elements and their
-      !> length have lower bounds. A mesh made for a tolerance follows its density in line contacts as well, because a line contact
-      !> without pressure buckles like a free span. A rod on its obstacle does not move, so errors of displacements do not show
-      !> whether the elements resolve a load that varies, which the contact pressure follows: there they are as short as the deck's.
+      !> number of elements. A line contact gets as many elements as the deck has on its length. On a perfect rod without foundation
+      !> and without loads that vary, it gets a quarter of these, and the least number if the obstacle is straight. The number of
+      !> elements and their length have lower bounds. A mesh made for a tolerance follows its density in line contacts as well,
+      !> because a line contact without pressure buckles like a free span. A rod on its obstacle does not move, so that errors of
+      !> displacements do not show whether the elements resolve a load that varies, although the contact pressure follows this load.
+      !> A line contact under such a load therefore gets at least the deck's number of elements.
       subroutine divide(to, contact)
          real(wp), intent(in) :: to
          integer, intent(in) :: contact              ! index of the contact of a line contact; 0: a free span
@@ -218,8 +219,8 @@ contains
          & e=problem%element_first(rod_segment), problem%element_last(rod_segment))]
    end function element_middles
 
-   !> Division with nodes close enough to detect contact, for meshes before the first contact span. It has nodes at all given places
-   !> where the rod touches an obstacle.
+   !> Division with nodes close enough to detect contact, for meshes before the first contact span. There are nodes at all given
+   !> places where the rod touches an obstacle.
    function sampled_division(base, contact_span) result(division)
       type(problem_t), intent(in) :: base            !! problem on the deck's mesh
       type(contact_span_t), intent(in), optional :: contact_span(:) !! point contacts at which the mesh must have nodes
@@ -248,7 +249,7 @@ contains
       end do
    end function sampled_division
 
-   !> True if a span has become so long that a new mesh would give it more than 5/4 of its present number of elements.
+   !> True if a span has become so long that a new mesh would give this span more than 5/4 of its present number of elements.
    logical function outgrown(problem, state, cuts)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -328,8 +329,8 @@ contains
       end do
    end function present_demand
 
-   !> Mesh density of the present mesh, for meshes with another contact set. A short span between contacts or interface points with
-   !> the least number of elements gets little more than the density beside it, so that no tiny elements remain after the span has
+   !> Mesh density of the present mesh, for meshes with another contact set. A short span between contacts or interface points that
+   !> has the least number of elements gets little more than the density beside it. No tiny elements then remain after the span has
    !> closed.
    function lasting_demand(problem, state) result(demand)
       type(problem_t), intent(in) :: problem
@@ -359,8 +360,8 @@ contains
       end do
    end function lasting_demand
 
-   !> Mesh density for the next mesh. Where elements are too long to detect contact, it is increased, up to the number of elements
-   !> that is sufficient everywhere.
+   !> Mesh density for the next mesh, increased so that its elements are short enough to detect contact, but to no more elements
+   !> than are sufficient everywhere.
    function looking_demand(problem, longer) result(demand)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: longer                 !! ratio of the elements' length to the length that detects contact

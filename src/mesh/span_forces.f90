@@ -23,7 +23,7 @@ module span_forces
    public :: span_totals, end_force, node_shares, point_pushes, line_pushes
 
    real(wp), parameter :: inside = 1.0e-9_wp !! distance of the first and last sample from the ends of a smooth part of the track,
-   !! over its length; the pressure jumps where two parts join
+   !! divided by the length of this part; the pressure jumps where two parts join
 
 contains
 
@@ -69,8 +69,8 @@ contains
       end do
    end subroutine span_totals
 
-   !> Forces of a contact as equivalent forces at the deck's nodes, and force densities at these nodes. By the lever rule a force is
-   !> divided between the two nodes beside it, so that the sum is exact.
+   !> Forces of a contact as equivalent forces at the deck's nodes, and force densities at these nodes. Each force is divided
+   !> between the two nodes beside it by the lever rule, so that the sum of the forces is exact.
    subroutine node_shares(problem, state, contact, share, density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -145,7 +145,7 @@ contains
       end subroutine add
    end subroutine node_shares
 
-   !> Index of the last of several increasing coordinates that is below a value, by bisection; 0: none is below it.
+   !> Index of the last of several increasing coordinates that is below a value, by bisection; 0: no coordinate is below the value.
    pure integer function last_before(place, value) result(first)
       real(wp), intent(in) :: place(:), value
       integer :: last, middle
@@ -181,9 +181,9 @@ contains
       if (.not. inside) force = breakpoint_force(problem, state, candidate)
    end function end_force
 
-   !> Force (x, y) that balances the section forces on both sides of a touchdown point. In equilibrium it is normal to the obstacle.
-   !> For a point that moves along a rod with fixed nodes, it includes the forces between the old and the new position, so that sums
-   !> of forces have the right derivatives.
+   !> Force (x, y) that balances the section forces on both sides of a touchdown point. In equilibrium this force is normal to the
+   !> obstacle. For a point that moves along a rod with fixed nodes, it includes the forces between the old and the new position, so
+   !> that sums of forces have the right derivatives.
    function end_balance_force(problem, state, candidate) result(force)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -199,9 +199,9 @@ contains
       end do
    end function end_balance_force
 
-   !> Force of the obstacle on a conforming element (x, y), integral of its density, and its moment about a given point. They are
-   !> computed from end forces and loads, because the density is a derivative of the solution and less accurate: it contains the
-   !> second derivative of the stress-free curvature, which a spline or an imperfection does not have everywhere.
+   !> Force of the obstacle on a conforming element (x, y), integral of its density, and its moment about a given point. These are
+   !> computed from end forces and loads, because the density is a derivative of the solution and less accurate. The density
+   !> contains the second derivative of the stress-free curvature, which a spline or an imperfection does not have everywhere.
    subroutine line_force(problem, state, e, middle, force, moment)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -262,7 +262,7 @@ contains
    function point_pushes(problem, state) result(list)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), allocatable :: list(:, :)   !! (6, forces) entries as in the header of this module
+      real(wp), allocatable :: list(:, :)   !! (6, forces) entries, explained in the header of this module
       real(wp) :: force(2), normal(2), gap, bend, size
       type(rolled_t) :: roll
       real(wp), allocatable :: before(:)
@@ -293,7 +293,7 @@ contains
    function line_pushes(problem, state) result(list)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), allocatable :: list(:, :)   !! (6, samples) entries as in the header of this module
+      real(wp), allocatable :: list(:, :)   !! (6, samples) entries, explained in the header of this module
       real(wp), allocatable :: part(:), before(:)
       real(wp) :: local(3), place(2), angle, density, sense, tau, at
       type(conforming_state_t) :: kept

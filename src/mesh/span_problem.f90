@@ -1,5 +1,5 @@
-!> Problem on a mesh that follows the contact: it has a few elements for each span between segment boundaries and touchdown points,
-!> and one contact candidate for each node in contact.
+!> Problem on a mesh that follows the contact. The mesh has a few elements for each span between segment boundaries and touchdown
+!> points, and one contact candidate for each node in contact.
 module span_problem
    use kinds, only: wp
    use problem, only: problem_t, remeshed_problem, mesh_sampled, mesh_of_marks, mesh_of_spans
@@ -18,10 +18,10 @@ module span_problem
 
 contains
 
-   !> Problem with a given set of contact spans; loads, step and history are those of `base`.
+   !> Problem with a given set of contact spans; loads, step and history are copied from `base`.
    function new_span_problem(base, touches, state, cuts) result(problem)
       type(problem_t), intent(in) :: base            !! problem of the same deck, on any mesh
-      type(contact_span_t), intent(in) :: touches(:)
+      type(contact_span_t), intent(in) :: touches(:) !! the given contact spans
       type(state_t), intent(in), optional :: state !! state of `base`; if given, no span that continues gets fewer elements than in
       !! `base`
       type(cut_t), intent(in), optional :: cuts(:)   !! interface points of the foundations' laws, sorted along the rods
@@ -46,8 +46,8 @@ contains
       call lay_spans(base, contact_span, cut, division, problem)
    end function new_span_problem
 
-   !> Problem with the contact spans and the mesh of another problem, `like`. The deck of `base` may differ from that of `like` in
-   !> numerical values only, so that the rod segments are the same.
+   !> Problem with the contact spans and the mesh of another problem, `like`. The decks of `base` and `like` may differ in numerical
+   !> values only, so that the rod segments are the same.
    function same_spans(base, like) result(problem)
       type(problem_t), intent(in) :: base            !! problem on any mesh
       type(problem_t), intent(in) :: like            !! problem with contact spans
@@ -110,7 +110,7 @@ contains
    end function new_sampled_problem
 
    !> Sets the parts of the rods on which contact spans are allowed, the coordinates of the rod segments along the chains, and the
-   !> initial overlaps. All are those of the deck's mesh.
+   !> initial overlaps. All three are taken from the deck's mesh.
    subroutine place_spans(deck, problem)
       type(problem_t), intent(in) :: deck            !! problem on the deck's mesh
       type(problem_t), intent(inout) :: problem      !! problem of the same deck, on any mesh

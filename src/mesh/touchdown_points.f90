@@ -1,10 +1,10 @@
 !> Touchdown points: the positions along the rod where contact begins and ends.
 !>
 !> At the end of a line contact the obstacle exerts no couple, so that the moment is continuous. The difference M_f - M_l between
-!> the moments of the free part and of the line contact changes by -(1 + e) (Q_f - Q_l) per unit of length; it is zero at the
-!> touchdown point. A point contact is at the least gap. With fixed touchdown points the equations have a symmetric tangent, which
-!> is exact along the path. Between Newton iterations the touchdown points move to the positions that these conditions give in the
-!> iterate.
+!> the moments of the free part and of the line contact changes by -(1 + e) (Q_f - Q_l) per unit of length (Q: shear force, e: axial
+!> strain). At the touchdown point it is zero. A point contact is at the least gap. With fixed touchdown points the equations have a
+!> symmetric tangent, which is exact along the path. Between Newton iterations the touchdown points move to the positions that these
+!> conditions give in the iterate.
 module touchdown_points
    use kinds, only: wp
    use problem, only: problem_t, same_place, copy_problem
@@ -108,7 +108,7 @@ contains
       shear = local(2, 1) - local(2, 2)
    end subroutine jumps
 
-   !> Slope of the gap along the rod at a point contact, over the extension ratio; sign as in touchdown_t.
+   !> Slope of the gap along the rod at a point contact, over the extension ratio, with the sign of touchdown_t%error.
    real(wp) function slope_error(problem, state, c) result(error)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -149,7 +149,7 @@ contains
       end do
    end function touchdown_errors
 
-   !> (N, Q, M) at a candidate in the elements on both sides of it; zero on a side without element.
+   !> Section forces (N, Q, M) at a candidate in the elements before and after it; zero on a side without element.
    function forces_beside(problem, state, candidate) result(local)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -168,7 +168,7 @@ contains
       end do
    end function forces_beside
 
-   !> (N, Q, M) at a candidate in the free element on one side of it.
+   !> Section forces (N, Q, M) at a candidate in the free element on one side of it.
    subroutine end_of_free(problem, state, candidate, side, local)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -239,14 +239,15 @@ contains
       end do
    end subroutine carry_forces
 
-   !> Moves the touchdown points to the positions that their conditions give in an iterate. The slopes of the conditions are those
-   !> of the previous iterate, at which the equations were linearised. The nodes between touchdown points move as well;
-   !> displacements and section forces become those of the material points at the new positions of the nodes.
+   !> Moves the touchdown points to the positions that their conditions give in an iterate. The slopes of the conditions come from
+   !> the previous iterate, at which the equations were linearised. The nodes between touchdown points move as well. Displacements
+   !> and section forces are transferred to the material points at the new positions of the nodes.
    subroutine move_touchdown_points(problem, before, state, travelled, at)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before
       type(state_t), intent(inout) :: state
-      real(wp), intent(out), optional :: travelled !! largest movement of a touchdown point, over the length of a span beside it
+      real(wp), intent(out), optional :: travelled !! largest movement of a touchdown point, divided by the length of a span beside
+      !! it
       type(touchdown_t), intent(in), optional :: at(:) !! conditions at `before`, if they are known
       real(wp) :: distance(problem%candidates%n), mark(size(problem%mark))
       integer :: m
@@ -255,15 +256,15 @@ contains
       distance = touchdown_steps(problem, before, state, at)
       do m = 1, size(mark)
          if (.not. is_live(problem, state, m)) cycle
-         ! After this move any element may contain the interface point. At convergence the elements that do not contain it get their
-         ! segments of the law back (assign_found_segments).
+         ! After this move any element may contain the interface point. At convergence those elements that do not contain the
+         ! interface point get their segments of the law back (assign_found_segments).
          if (passes_touchdown(problem, state, m, distance, mark(m))) state%segment = segment_unknown
       end do
       call shift_touchdown_points(problem, state, distance, travelled, mark)
    end subroutine move_touchdown_points
 
    !> True if an interface point would pass a touchdown point or come too close to it. The place where a foundation's law has a
-   !> corner may move from a free span into a line contact, but a node of the mesh cannot.
+   !> corner may move from a free span into a line contact, but a node of the mesh cannot follow it there.
    pure logical function passes_touchdown(problem, state, m, distance, way) result(passes)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -299,7 +300,8 @@ contains
       end if
    end function touchdown_steps
 
-   !> Distance of one touchdown point to its position in an iterate, as in touchdown_steps; 0 for a candidate that does not move.
+   !> Distance of one touchdown point to the position that its condition gives in an iterate, with the slope of the previous
+   !> iterate. It is 0 for a candidate that does not move.
    real(wp) function touchdown_step(problem, before, state, c) result(distance)
       type(problem_t), intent(in) :: problem
       type(touchdown_t), intent(in) :: before !! condition at the previous iterate
@@ -311,15 +313,16 @@ contains
       call measure_error(problem, state, c, before%by_moment, error, now)
       slope = before%slope
       if (before%by_moment .and. abs(now) > abs(slope)) slope = now
-      ! If the obstacle would have to pull at the end of a line contact, the line contact must become shorter. If it became longer,
-      ! the free span beside it would shrink to zero length. There all jumps vanish, and the iteration would end with this false
+      ! If the obstacle would have to pull at the end of a line contact, the line contact must become shorter. Otherwise the free
+      ! span beside it would shrink to zero length. At zero length all jumps vanish, and the iteration would end with this false
       ! solution.
       if (before%by_moment .and. problem%candidates%follows(c)) slope = sign(slope, track_sense(problem, state, c, &
          & node_track(problem, state, c)))
       distance = quotient(error, slope)
    end function touchdown_step
 
-   !> Largest distance of a touchdown point to its position in an iterate, over the length of a span beside it. No point is moved.
+   !> Largest distance of a touchdown point to its position in an iterate, divided by the length of a span beside it. No point is
+   !> moved.
    real(wp) function touchdown_travel(problem, before, state) result(part)
       type(problem_t), intent(in) :: problem    !! without interface points
       type(state_t), intent(in) :: before, state
@@ -333,7 +336,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(inout) :: state
       real(wp), intent(inout) :: distance(:) !! (candidates) distances; reduced where a span would close
-      real(wp), intent(out), optional :: travelled !! largest movement of a touchdown point, over the length of a span beside it
+      real(wp), intent(out), optional :: travelled !! largest movement of a touchdown point, divided by the length of a span beside
+      !! it
       real(wp), intent(in), optional :: mark(:) !! (interface points) distances
       real(wp) :: shift(problem%model%mesh%n_nodes), part
       logical :: lying(problem%model%mesh%n_elements) ! true: move_layers sets the section forces of the element
@@ -354,8 +358,8 @@ contains
       if (any(lying)) call move_layers(problem, before, shift, lying, state)
    end subroutine shift_touchdown_points
 
-   !> Movements of all nodes along the rods for given movements of touchdown points and interface points: they are interpolated
-   !> linearly between these and the fixed segment boundaries.
+   !> Movements of all nodes along the rods for given movements of touchdown points and interface points. The nodes between these
+   !> points and the fixed segment boundaries move by linear interpolation.
    subroutine node_shifts(problem, state, distance, shift, part, mark)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

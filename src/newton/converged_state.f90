@@ -1,4 +1,4 @@
-!> Conditions at a converged state in addition to the balance of forces, and the resultants stored with a state.
+!> Conditions other than the balance of forces that a converged state satisfies, and the reactions and couples stored with it.
 module converged_state
    use kinds, only: wp
    use element_families, only: collocates
@@ -14,27 +14,28 @@ module converged_state
    private
    public :: constraint_residual, contact_holds, keep_resultants, keep_couples
 
-   real(wp), parameter :: coarsest = 0.01_wp !! largest rotation of the hinge that replaces a clamp, over the largest rotation of
-   !! the rod; with values from 0.001 to 0.1 every deck in input has the same results
+   real(wp), parameter :: coarsest = 0.01_wp !! largest rotation of the hinge that replaces a clamp, divided by the largest rotation
+   !! of the rod; with values from 0.001 to 0.1 every deck in input has the same results
 
 contains
 
-   !> Largest violation of supports and rigid contacts, over the structure's size, and of the conditions on moments at touchdown
-   !> points and on forces at interface points.
+   !> Largest violation of three groups of conditions: supports and rigid contacts, divided by the structure's size; moments at
+   !> touchdown points; forces at interface points.
    real(wp) function constraint_residual(problem, state, system, at) result(worst)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
-      type(touchdown_t), allocatable, intent(out) :: at(:) !! (candidates) conditions at touchdown points; not allocated: none
+      type(touchdown_t), allocatable, intent(out) :: at(:) !! (candidates) conditions at touchdown points; not allocated: the
+      !! problem has no contact spans
       real(wp) :: moment, spring, force, rate, normal(2)
       integer :: m
       worst = 0.0_wp
       if (any(system%fixed)) worst = maxval(abs(system%value), mask=system%fixed) / problem%size
-      ! If a freely rolling rod is not yet at its prescribed position, this causes no force.
+      ! A freely rolling rod that is not yet at its prescribed position causes no force; its distance from there is checked here.
       if (system%roll_at > 0) worst = max(worst, abs(system%roll_by) / problem%size)
       if (any(state%active .and. .not. system%soft .and. system%unknown == 0 .and. problem%candidates%contact_span == 0)) &
          & worst = huge(1.0_wp)
-      ! The distance of an interface point from its position changes the forces in the second order only.
+      ! The distance of an interface point from its equilibrium position changes the forces to second order only: its square counts.
       if (size(problem%mark) > 0) then
          do m = 1, size(problem%mark)
             call mark_spring(problem, state, m, spring, force, rate, normal)
@@ -47,7 +48,7 @@ contains
       call misfit(problem, state, at, moment)
       worst = max(worst, moment / (problem%size * max(system%force_scale, tiny(worst))))
       ! Beside a free span in neutral equilibrium the tangent has a hinge instead of a clamp. The rotation of this hinge is an
-      ! error: it may be as large as that of the mesh. (If touchdown points are prescribed, it is none.)
+      ! error, which may be as large as that of the mesh. It is no error if touchdown points are prescribed.
       if (size(problem%hinge) > 0 .and. .not. any(problem%candidates%held)) worst = max(worst, problem%model%step(problem%step)% &
          & tolerance * maxval(abs(state%u(3, problem%hinge))) / max(coarsest * maxval(abs(state%u(3, :))), tiny(worst)))
    end function constraint_residual

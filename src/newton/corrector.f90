@@ -1,5 +1,5 @@
-!> Makes one increment: predictor and Newton iterations from a converged point to the next one. Contact at nodes is solved by an
-!> LCP.
+!> Makes one increment: predictor and Newton iterations from a converged point to the next one. A linear complementarity problem
+!> (LCP) determines which candidates at nodes are in contact.
 module corrector
    use kinds, only: wp
    use problem, only: problem_t
@@ -29,8 +29,8 @@ contains
       type(state_t), intent(inout) :: state
       type(system_t), intent(inout) :: system    !! in: assembled and factored at `start`
       type(increment_t), intent(out) :: report
-      logical, intent(in), optional :: keep_contact !! true: the contact set of `start` is kept, whatever the signs of gaps and
-      !! reactions
+      logical, intent(in), optional :: keep_contact !! true: the contact set of `start` is kept, even if gaps or reactions have the
+      !! wrong sign
       type(contact_step_t) :: step
       integer :: loop
       real(wp) :: rhs
@@ -63,20 +63,20 @@ contains
       report%message = 'the contact set did not settle in the outer loop'
    end subroutine take_increment
 
-   !> Corrects a predictor to equilibrium at the distance of the control's increment from `base`, by Newton's method with a new
-   !> tangent in each iteration.
+   !> Corrects a predictor to equilibrium by Newton's method with a new tangent in each iteration. The distance of the equilibrium
+   !> from `base` is the increment of the control.
    subroutine correct(problem, base, control, keep_contact, state, system, report, far_off, linearised, exact)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: base !! state from which the increment is measured: a converged state, or the predictor itself
       type(control_t), intent(in) :: control     !! control; its tangent must be set if its method uses the tangent
-      logical, intent(in) :: keep_contact !! true: the contact set of `state` is kept, whatever the signs of gaps and reactions
+      logical, intent(in) :: keep_contact !! true: the contact set of `state` is kept, even if gaps or reactions have the wrong sign
       type(state_t), intent(inout) :: state
       type(system_t), intent(inout) :: system
       type(increment_t), intent(out) :: report
       logical, intent(in), optional :: far_off   !! true: touchdown points may be far from their final positions
       logical, intent(in), optional :: linearised !! true: `system` is assembled and factored at `state`, which equals `base`
-      real(wp), intent(in), optional :: exact !! largest error as in increment_t%left: one iteration more is made if the error is
-      !! larger, because the residual of a soft structure is small before the point is accurate
+      real(wp), intent(in), optional :: exact !! largest relative size of the next correction (increment_t%left). If it is larger,
+      !! the iteration goes on once more, because the residual of a soft structure is small before the point is accurate
       real(wp) :: rhs
       integer :: pass
       logical :: known

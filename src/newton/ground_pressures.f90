@@ -1,8 +1,8 @@
 !> Stored pressures of foundations that are too stiff for pressures computed from displacements.
 !>
-!> A pressure computed from the gap has the rounding error of the displacements times the stiffness. From Newton's equations the
-!> change of each pressure follows with the rounding error of the increment only. Each pressure is therefore stored and updated with
-!> the state, as in mixed formulations, as long as it agrees with its gap up to rounding.
+!> A pressure computed from the gap has the rounding error of the displacements times the stiffness. Newton's equations also give
+!> the change of each pressure, with the rounding error of the increment only. Each pressure is therefore stored with the state and
+!> updated in each step, as in mixed formulations, as long as it agrees with its gap up to rounding.
 !>
 !> Newton's method may fail on foundations that are too stiff for the length of their elements or for the rounding error of gaps.
 module ground_pressures

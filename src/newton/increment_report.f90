@@ -11,8 +11,8 @@ module increment_report
       integer :: iterations = 0
       real(wp) :: effort = 0.0_wp              !! fractional number of iterations, see effort_of
       real(wp) :: residual = 0.0_wp
-      real(wp) :: left = 0.0_wp !! next correction at the present rate of convergence: of displacements and load factor over their
-      !! changes in the increment, of touchdown points over the spans beside them
+      real(wp) :: left = 0.0_wp !! expected next correction, extrapolated from the last ones: displacements and load factor over
+      !! their changes in the increment, touchdown points over the lengths of the spans beside them
       integer :: lcp_size = 0, lcp_pivots = 0    !! size of the largest LCP; number of pivots of all LCPs
       character(:), allocatable :: message     !! reason of the failure; not allocated: no failure
       logical :: hopeless = .false. !! true: a shorter increment fails, too, because to first order its equations are the same
@@ -21,8 +21,8 @@ module increment_report
 contains
 
    !> Fractional number of iterations until the corrections are small, interpolated in the logarithm between the last correction
-   !> that is not small and the next. A correction is small if it is below the square root of the tolerance, because the next one is
-   !> about its square. A correction is measured by its largest component, independently of the mesh.
+   !> that is not small and the next. A correction is small if it is below the square root of the tolerance, because the next
+   !> correction is about its square. The size of a correction is its largest component, which does not depend on the mesh.
    pure real(wp) function effort_of(corrections, small) result(effort)
       real(wp), intent(in) :: corrections(:)   !! sizes of the steps in their order; huge where only the contact set changed
       real(wp), intent(in) :: small            !! size of a correction after which no further one is needed

@@ -30,60 +30,63 @@ module newton_iteration
    type :: newton_t
       ! Requirements:
       logical :: frozen = .false.              !! true: the contact set is not changed
-      integer :: tangent_updates = huge(1)     !! number of iterations, from the first, after which the tangent is factored anew
+      integer :: tangent_updates = huge(1) !! number of iterations, from the first, after each of which a new tangent is factored
       integer :: most = 0                      !! number of iterations allowed while foundations do not change their contact
       real(wp) :: tolerance = 0.0_wp           !! largest residual allowed
       real(wp) :: sharper = 1.0_wp !! part of the tolerance to which the residual is reduced, as long as it still decreases
       real(wp) :: large = large_correction !! size of a correction, as a part of the increment, above which another one is required
-      real(wp) :: at_length = 0.0_wp           !! largest violation of the constraint that is allowed, over the increment
+      real(wp) :: at_length = 0.0_wp           !! largest violation of the constraint that is allowed, relative to the increment
       ! Start and control, transferred to the nodes of the iterate:
       type(state_t) :: origin
       type(control_t) :: control
       type(kept_t), allocatable :: kept(:)     !! (elements) data of the start; size 1 if no node moves
       ! The last step:
-      integer :: number = 0                    !! number of the present iteration
+      integer :: number = 0                    !! index of the present iteration, from 1
       type(contact_step_t) :: step
-      real(wp) :: gone = 0.0_wp !! largest movement of a touchdown point in the step, over the length of a span beside it
+      real(wp) :: gone = 0.0_wp !! largest movement of a touchdown point in the step, divided by the length of a span beside it
       real(wp) :: correction = 0.0_wp          !! squared size of the correction in the path metric, at the nodes of this step
       real(wp) :: largest = 0.0_wp             !! largest translation of a node in the step; huge if only the contact set changed
       real(wp) :: forces_left = 0.0_wp         !! residual of forces and elements at the start of the next step
       real(wp) :: last_residual = 0.0_wp       !! residual before the step
       type(touchdown_t), allocatable :: touchdown(:) !! (candidates) conditions at touchdown points of the iterate; not allocated:
       !! unknown
-      logical :: refactor = .false.            !! true: the tangent must be factored anew
+      logical :: refactor = .false.            !! true: the present tangent must be factored
       ! History:
       real(wp), allocatable :: corrections(:)  !! largest translation of a node in each iteration
-      real(wp) :: load_steps(2) = 0.0_wp       !! changes of the load factor in the last two iterations, without their sign
-      real(wp) :: travels(2) = 0.0_wp          !! `gone` of the last two iterations
+      real(wp) :: load_steps(2) = 0.0_wp       !! absolute changes of the load factor in the last two iterations
+      real(wp) :: travels(2) = 0.0_wp          !! values of `gone` in the last two iterations
       real(wp) :: best = huge(1.0_wp)          !! smallest residual so far
-      integer :: last_change = 0, last_progress = 0 !! iteration with the last contact change; iteration with the last smaller
-      !! residual
+      integer :: last_change = 0, last_progress = 0 !! index of the iteration with the last contact change; index of the iteration
+      !! with the last smaller residual
       integer :: same_tangent = 0              !! number of iterations with the present tangent
-      real(wp) :: second_order = huge(1.0_wp)  !! forces due to the strains rotation^2/2 of the first step, over the force scale
+      real(wp) :: second_order = huge(1.0_wp) !! forces due to the strains rotation^2/2 of the first step, divided by the force
+      !! scale
       ! Contact that changes during the iteration:
-      logical :: searching = .false.           !! true: foundation elements determine their contact themselves
-      logical :: reassigned = .false.          !! true: the law's segments of such elements were determined again at convergence
-      logical :: seeking = .false.             !! true: touchdown points may be far from their final positions
+      logical :: searching = .false. !! true: some elements on foundations find from their gaps which part of them is in contact
+      logical :: reassigned = .false.          !! true: at convergence these elements got segments of the force law again
+      logical :: seeking = .false. !! true: touchdown points may be far from their final positions, and their movement extends the
+      !! iteration limit
       logical :: blamed = .false.              !! true: the message about the failure names foundations that are too stiff
    end type newton_t
 
-   integer, parameter :: settling_grip = 20 !! factor on the number of allowed iterations while foundations change their contact;
-   !! with values from 10 to 40 every deck in input has the same results
-   real(wp), parameter :: far = 0.01_wp !! movement of a touchdown point in one iteration, over the length of a span, above which it
-   !! is still far from its final position
-   integer, parameter :: stalled = 4 !! number of iterations without a smaller residual, over the number of allowed iterations,
-   !! after which the iteration counts as cycling; with values from 2 to 8 every deck in input has the same results
+   integer, parameter :: settling_grip = 20 !! factor by which the number of allowed iterations is larger while foundations change
+   !! their contact; with values from 10 to 40 every deck in input has the same results
+   real(wp), parameter :: far = 0.01_wp !! movement of a touchdown point in one iteration, divided by the length of a span, above
+   !! which the point is still far from its final position
+   integer, parameter :: stalled = 4 !! number of iterations without a smaller residual, divided by the number of allowed
+   !! iterations, after which the iteration counts as cycling; with values from 2 to 8 every deck in input has the same results
    real(wp), parameter :: far_worse = 10.0_wp !! factor on the residual above which the step may have been far too long; with values
-   !! up to 100 every deck in input has the same results; at 1 two have others
+   !! up to 100 every deck in input has the same results; with 1 two decks have other results
    real(wp), parameter :: far_from_balance = 0.1_wp !! smallest residual before the step to which the factor far_worse is applied
-   integer, parameter :: settling_iterations = 5 !! number of the iteration up to which both the last correction and the residual
-   !! must be small
-   real(wp), parameter :: of_root = 0.3_wp !! largest last correction, over the square root of the tolerated error: the remainder,
-   !! the square of the correction, is then a tenth of this error
-   real(wp), parameter :: noticed = 0.1_wp !! rounding error of forces, over the tolerance, above which pressures are stored
+   integer, parameter :: settling_iterations = 5 !! index of the iteration up to which both the last correction and the residual
+   !! must be small; later a small residual suffices
+   real(wp), parameter :: of_root = 0.3_wp !! largest last correction, divided by the square root of the tolerated error: the
+   !! remainder, the square of the correction, is then a tenth of this error
+   real(wp), parameter :: noticed = 0.1_wp !! rounding error of forces, divided by the tolerance, above which pressures are stored
    !! (ground_pressures)
-   ! Largest negligible forces due to the second-order strains rotation^2/2, over the force scale. Up to this value a step from a
-   ! stress-free start on a foundation gives no scale. With values from 0.001 to 0.1 every deck in input has the same results
+   ! Largest negligible forces due to the second-order strains rotation^2/2, divided by the force scale. If the first step from a
+   ! stress-free start causes no larger forces, a shorter step is the same problem on a smaller scale and fails, too. With values
+   ! from 0.001 to 0.1 every deck in input has the same results
    real(wp), parameter :: negligible = 0.01_wp
 
 contains
@@ -97,7 +100,7 @@ contains
       type(system_t), intent(inout) :: system
       real(wp), intent(in) :: first_rhs        !! right-hand side of the constraint row in the first step
       logical, intent(in) :: frozen            !! true: the contact set is not changed
-      integer, intent(in) :: tangent_updates   !! number of iterations, from the first, after which the tangent is factored anew
+      integer, intent(in) :: tangent_updates !! number of iterations, from the first, after each of which a new tangent is factored
       type(increment_t), intent(inout) :: report
       logical, intent(in), optional :: far_off !! true: touchdown points may be far from their final positions
       type(newton_t) :: newton
@@ -144,8 +147,8 @@ contains
             newton%most = step%max_iterations
             newton%at_length = constraint_tolerance(step)
          end associate
-         ! While nodes move along the rod, corrections change the arc length. It is satisfied to a wide tolerance only, because its
-         ! exact value has no importance; a prescribed relative curvature likewise.
+         ! While nodes move along the rod, corrections change the arc length. The constraint on the arc length, or on a relative
+         ! curvature, is satisfied to a wide tolerance only, because the exact value of either has no importance.
          if ((problem%moves_nodes() .and. is_arc_length(given%method) .and. .not. given%whole > 0.0_wp) .or. given%flat > 0) &
             & newton%at_length = large_correction
          newton%origin = start
@@ -217,13 +220,14 @@ contains
          if (problem%moves_nodes()) then
             call move_touchdown_points(problem, from, state, newton%gone, newton%touchdown)
             if (.not. newton%searching) then
-               ! If an interface point has met a touchdown point, the mesh is no longer valid.
+               ! If an interface point meets a touchdown point, no node of the mesh can follow it further: elements then find their
+               ! contact from their gaps.
                newton%searching = any(searches(problem, state))
                if (newton%searching) call begin_search(newton)
             end if
             newton%travels = [newton%travels(2), newton%gone]
-            ! If a span is much too long, its touchdown point moves by about a tenth of it in each iteration: the moment of the span
-            ! decreases with the square of its length. The iteration limit counts from the last such movement.
+            ! If a span is much too long, its touchdown point moves by about a tenth of the span in each iteration, because the
+            ! moment of the span decreases with the square of its length. The iteration limit counts from the last such movement.
             if (newton%seeking .and. newton%gone > far) newton%last_change = newton%number
             call follow_nodes(problem, start, given, state, newton%kept, newton%origin, newton%control)
             assembled = .false.
@@ -251,7 +255,7 @@ contains
    end subroutine measure
 
    !> True if residual, last correction and constraint violation are small enough. A residual below the tolerance that no longer
-   !> decreases is accepted, even if a smaller one was requested.
+   !> decreases is accepted, even if a smaller residual was requested.
    logical function is_small(problem, state, system, newton, report) result(small)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -259,8 +263,8 @@ contains
       type(newton_t), intent(in) :: newton
       type(increment_t), intent(in) :: report
       real(wp) :: travelled
-      ! If the residual is small after a large correction, this is accidental, or the structure is soft: the next correction still
-      ! moves the point.
+      ! A residual that is small after a large correction is accidental, or the structure is soft: the next correction still moves
+      ! the point.
       travelled = metric(problem, state%u - newton%origin%u, state%u - newton%origin%u)
       small = newton%correction <= (newton%large**2) * travelled .or. report%residual <= 1.0e-3_wp * newton%tolerance
       ! In a span of almost zero length all forces are small and do not determine the position of the touchdown point.
@@ -282,7 +286,7 @@ contains
       logical :: settled
       call segments_hold(problem, state, settled, carried=.false.)
       if (settled .and. .not. newton%reassigned .and. any(searches(problem, state))) then
-         ! At the converged state an element that determined its contact itself may lie in a single segment of the law.
+         ! At the converged state an element that found its contact from its gaps may lie in a single segment of the law.
          given_up = searches(problem, state)
          call assign_found_segments(problem, state)
          if (allocated(newton%touchdown)) deallocate (newton%touchdown)
@@ -310,8 +314,8 @@ contains
          & max(sqrt(newton%tolerance) * largest_move(newton%origin, state), rounding_gap(problem)))
    end subroutine finish
 
-   !> Next one of a sequence of corrections that decrease as the last two do, over the whole increment, at most 1. If the rate is
-   !> unknown, it counts as large as the last one.
+   !> Expected next correction if the corrections decrease further at the rate of the last two; over the whole change in the
+   !> increment, at most 1. If the rate is unknown, the next correction counts as large as the last one.
    pure real(wp) function relative_rest(corrections, whole) result(rest)
       real(wp), intent(in) :: corrections(:)   !! without signs, at least one
       real(wp), intent(in) :: whole
@@ -328,8 +332,8 @@ contains
       end if
    end function relative_rest
 
-   !> Restarts the iteration limit and the record of the smallest residual when foundation elements begin to determine their contact
-   !> themselves, because the equations are then different.
+   !> Restarts the iteration limit and the record of the smallest residual when elements on foundations begin to find their contact
+   !> from their gaps, because the equations are then different.
    pure subroutine begin_search(newton)
       type(newton_t), intent(inout) :: newton
       newton%last_change = newton%number
@@ -361,7 +365,7 @@ contains
       if (.not. system%ok) report%message = 'the tangent is singular'
    end subroutine renew_tangent
 
-   !> Ends the iteration with a message. It names foundations if their stiffness is the reason of the failure.
+   !> Ends the iteration with a message. The message names foundations if their stiffness is the reason of the failure.
    subroutine give_up(problem, state, system, message, newton, report)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -377,7 +381,7 @@ contains
       if (newton%blamed) report%message = message//'; '//why
    end subroutine give_up
 
-   !> Largest of the residuals of forces, elements and constraints.
+   !> Largest of three residuals: of forces, of the equations inside elements, and of constraints.
    real(wp) function residual_of(problem, state, system, touchdown) result(residual)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -418,7 +422,7 @@ contains
       state%reaction = step%reaction
    end subroutine move
 
-   !> (chain candidates) true for elements on foundations that determine their contact themselves.
+   !> (candidates of foundations) true: the element after the candidate finds its contact with a foundation from its gaps.
    pure function searches(problem, state)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

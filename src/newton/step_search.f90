@@ -1,8 +1,8 @@
 !> Shortens a Newton step that is far too long because of a foundation.
 !>
 !> If a structure loses its last contact in an iteration, it has almost no stiffness, and the next step is arbitrarily long. The
-!> work of the unbalanced forces along this step changes its sign where the foundations support the structure again. From that point
-!> Newton's method converges. The search is made only if a step strongly increases the residual.
+!> work of the unbalanced forces along this step changes its sign where the foundations support the structure again. Newton's method
+!> converges from the point of this change. The search is made only if a step strongly increases the residual.
 module step_search
    use kinds, only: wp
    use problem, only: problem_t
@@ -24,7 +24,7 @@ contains
       type(state_t), intent(inout) :: state      !! in: state after the whole step; out: state after a part of the step
       type(system_t), intent(inout) :: system    !! assembled at `state` on entry and on return
       integer, parameter :: max_tries = 40
-      real(wp), parameter :: enough = 0.1_wp     !! remaining work, over the work before the step, at which the search ends
+      real(wp), parameter :: enough = 0.1_wp     !! remaining work, divided by the work before the step, at which the search ends
       real(wp), parameter :: torn = 0.1_wp       !! defect of an element above which its forces are meaningless
       type(state_t) :: whole
       real(wp) :: low, high, work_low, work_high, part, work
@@ -77,7 +77,7 @@ contains
       end function between
    end subroutine shorten_step
 
-   !> Work of the unbalanced forces (internal minus external) on an increment; it is negative while the increment reduces the
+   !> Work of the unbalanced forces (internal minus external) on an increment. The work is negative while the increment reduces the
    !> energy.
    pure real(wp) function step_work(system, x) result(work)
       type(system_t), intent(in) :: system

@@ -15,8 +15,10 @@ module ge_in_state
    type :: ge_here_t
       integer :: element = 0                      !! index of the element; 0: undefined
       type(ge_data_t) :: ge                       !! the element with its loads, displacements and stored unknowns
-      real(wp) :: change(2, max_stages) = 0.0_wp  !! result of ge_direction_changes; not set for an element without collocation
-      real(wp) :: rho(2, max_stages) = 0.0_wp     !! result of ge_directions
+      real(wp) :: change(2, max_stages) = 0.0_wp !! (2, stages) changes of `rho` since the stress-free state; not set without
+      !! collocation
+      real(wp) :: rho(2, max_stages) = 0.0_wp !! (2, stages) directions of the rod axis at the stages, with its stretch
+      !! (ge_directions)
    end type ge_here_t
 
 contains
@@ -34,7 +36,7 @@ contains
       element%z(:element%unknowns) = state%z(:element%unknowns, e)
    end function ge_at
 
-   !> Evaluates an element for a sequence of results in one state; it is evaluated again only if the element changes.
+   !> Evaluates an element for a sequence of results in one state. A call with the same element as before does nothing.
    pure subroutine keep_ge(problem, state, e, here)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -55,7 +57,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e, side         !! index of a GE element; side 1: first end, 2: second end
-      real(wp), intent(out) :: n(2), m
+      real(wp), intent(out) :: n(2), m !! force (x, y) and moment
       type(ge_here_t), intent(inout), optional :: here !! element of the same state, or undefined, see keep_ge
       real(wp) :: first(3), second(3)
       n = state%z(1:2, e)

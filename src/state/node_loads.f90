@@ -1,4 +1,4 @@
-!> Loads on nodes at a state: constant loads left by earlier steps, and loads of the present step.
+!> Loads on nodes in one state: constant loads left by earlier steps, and loads of the present step.
 module node_loads
    use kinds, only: wp
    use load_pattern, only: pole_load_t

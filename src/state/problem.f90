@@ -1,9 +1,9 @@
 !> Data of the problem that are constant as long as mesh, contact set and step do not change: the model on a mesh, its numbering,
 !> and constants derived from both.
 !>
-!> The working mesh is that of the deck or another one (remeshed_problem): `deck` is the model on the deck's mesh, `model` the same
-!> model on the working mesh. Cards of the deck refer to material points. Each is given by a rod segment of the layout and a
-!> coordinate along it.
+!> The working mesh is the deck's mesh or another mesh (remeshed_problem): `deck` is the model on the deck's mesh, `model` the same
+!> model on the working mesh. Cards of the deck refer to material points. A material point is given by a rod segment of the layout
+!> and a coordinate along this segment.
 module problem
    use kinds, only: wp
    use model, only: model_t, load_t, new_load
@@ -45,13 +45,13 @@ module problem
    !> Data of the problem, see the header of this module.
    type :: problem_t
       ! The two models are polymorphic, although they are always of type model_t: the compiler then calls procedures that copy and
-      ! release a model, and does not expand both with all components in each procedure that has a problem. An assignment to one
-      ! that is allocated would leave the memory of its components behind: deallocate it before.
+      ! release a model, and does not expand both with all components in each procedure that has a problem. A model must be
+      ! deallocated before another is assigned to it; otherwise the memory of its components is lost.
       class(model_t), allocatable :: model               !! the model on the working mesh
       class(model_t), allocatable :: deck                !! the model on the deck's mesh
       type(layout_t) :: layout                           !! rod segments of the deck
       type(mesh_density_t), allocatable :: demand(:)           !! (rod segments) mesh density of the next mesh
-      logical :: deck_mesh = .true.                      !! true: the working mesh is that of the deck, node by node
+      logical :: deck_mesh = .true.                      !! true: the working mesh is the deck's mesh, with the same nodes
       integer, allocatable :: rod_segment(:)             !! (elements) rod segment to which the element belongs
       real(wp), allocatable :: origin(:) !! (elements) coordinate along the rod segment minus nominal coordinate of the same point
       integer, allocatable :: along(:)                   !! (elements) all elements in order, segment by segment
@@ -77,11 +77,12 @@ module problem
       logical, allocatable :: covered(:, :) !! (rod segments, contacts) true: contact spans are allowed on the whole segment; false:
       !! nowhere on it
       integer :: mesh_kind = mesh_fixed
-      type(contact_span_t), allocatable :: contact_span(:) !! contact spans in their order along the rods; their ends have the
-      !! positions for which this mesh was made
+      type(contact_span_t), allocatable :: contact_span(:) !! contact spans in their order along the rods; the positions of their
+      !! ends are those for which this mesh was made
       integer, allocatable :: conforms(:) !! (elements) candidate at the first node of an element that lies on a track; 0: the
       !! element is free
-      integer, allocatable :: hinge(:) !! nodes of clamps that are hinges in the tangent, because a neutral span is beside them
+      integer, allocatable :: hinge(:) !! nodes of clamps that are hinges in the tangent, because a free span in neutral equilibrium
+      !! is beside them (rolling_rods)
       integer :: rolling = 0                             !! node of a clamp about which a closed rod may roll; 0: none
       real(wp), allocatable :: overlap(:) !! (contacts) distance by which the obstacle is withdrawn at the start [length], the same
       !! on every mesh
@@ -91,7 +92,7 @@ module problem
       integer :: step = 1
       integer :: n_unknowns = 0                          !! number of unknowns, three for each node
       real(wp) :: size = 1.0_wp                          !! diagonal of the bounding box of the structure
-      logical :: resting = .false.                       !! true: no foundation without tension has an initial gap
+      logical :: resting = .false.                       !! true: all tensionless foundations touch the structure at the start
       real(wp) :: force_floor = 0.0_wp                   !! lower bound of the force scale: rounding of EI/size^2
       real(wp), allocatable :: weight(:) !! (nodes) share of the rod's length over size^2, the weight of the node in the arc-length
       !! metric
@@ -121,14 +122,15 @@ contains
       is_sampled = problem%mesh_kind == mesh_sampled
    end function is_sampled
 
-   !> Assigns a problem. A procedure, because the compiler would expand the copies of all components at each assignment.
+   !> Copies a problem. The copy is a procedure, because the compiler would otherwise write out the copies of all components at each
+   !> assignment.
    pure subroutine copy_problem(from, to)
       type(problem_t), intent(in) :: from
       type(problem_t), intent(inout) :: to
       to = from
    end subroutine copy_problem
 
-   !> Problem of a checked model on its own mesh.
+   !> Problem of a checked model on the mesh of this model.
    function new_problem(model) result(problem)
       type(model_t), intent(in) :: model
       type(problem_t) :: problem
@@ -157,12 +159,12 @@ contains
       call derive_problem(problem)
    end function new_problem
 
-   !> Problem on another mesh; step, constant loads, overlaps and metric are those of `problem`.
+   !> Problem on another mesh; step, constant loads, overlaps and metric are copied from `problem`.
    function remeshed_problem(problem, division, spans) result(new)
       type(problem_t), intent(in) :: problem
       type(division_t), intent(in) :: division(:)   !! (rod segments) divisions, as new_remeshed_model requires
       logical, intent(in), optional :: spans !! true: the deck's contacts are represented by contact spans; false: by contact at
-      !! nodes; absent: as in `problem`
+      !! nodes; absent: by the same of the two as in `problem`
       type(problem_t) :: new
       integer, allocatable :: node(:)
       integer :: e, i, j
@@ -188,7 +190,7 @@ contains
                new%rod_segment(e) = j
                new%origin(e) = division(j)%at(i) - mesh%s(1, e)
                if (i == 1) cycle
-               ! All elements of a curve get the same value, without differences by rounding.
+               ! All elements of a curve get exactly the same value; computed one by one the values would differ by rounding.
                if (mesh%curve(e) == mesh%curve(e - 1) .and. abs(mesh%s(1, e) - mesh%s(2, e - 1)) <= 0.0_wp) &
                   & new%origin(e) = new%origin(e - 1)
             end do
@@ -230,7 +232,8 @@ contains
          if (e == 0) cycle
          associate (mesh => problem%model%mesh, at => problem%layout%node_at(problem%deck%contact(list%contact(c))%node(1)))
             if (mesh%curve(e) == 0) cycle
-            ! The deck's first node is inside the element that ends at the mesh's first node, or is this node.
+            ! The deck's first node lies inside the element that ends at the mesh's first node, or coincides with the mesh's first
+            ! node.
             ahead = problem%origin(e) + mesh%s(2, e) - at
             if (ahead < 0.0_wp .or. ahead >= mesh%s(2, e) - mesh%s(1, e)) cycle
             ahead = curve_length(problem%model%curve(mesh%curve(e)), problem%model%imperfection, mesh%s(2, e) - ahead, mesh%s(2, e))
@@ -364,7 +367,7 @@ contains
       end do
    end function carried_unknowns
 
-   !> True if no foundation without tension has an initial gap to any candidate of a list.
+   !> True if all candidates of a list that are on tensionless foundations touch these foundations at the start.
    pure logical function rests(problem, list, home)
       type(problem_t), intent(in) :: problem   !! problem whose `size` is set
       type(candidates_t), intent(in) :: list
@@ -381,7 +384,7 @@ contains
       end do
    end function rests
 
-   !> Number of the equation of a nodal unknown (component 1, 2 or 3).
+   !> Index of the equation of a nodal unknown (component 1, 2 or 3).
    pure integer function dof(problem, node, component)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: node, component

@@ -45,9 +45,9 @@ module rod_state
 
 contains
 
-   !> Stress-free initial state. Bilateral candidates, and candidates without gap, are active if they may have a reaction, because
-   !> they may be the only supports. If several candidates at one node are on rigid obstacles with parallel normals, only the first
-   !> is active. Contact spans are always active.
+   !> Stress-free initial state. Bilateral candidates and candidates without gap are active if they may have a reaction, because
+   !> they may be the only supports of the structure. If several candidates at one node are on rigid obstacles with parallel
+   !> normals, only the first is active. Candidates of contact spans are always active.
    function new_state(problem) result(state)
       type(problem_t), intent(in) :: problem
       type(state_t) :: state
@@ -210,7 +210,7 @@ contains
    end function pose_of
 
    !> Offset added to the distance of a candidate (of contact or of a foundation) from its obstacle: parameter GAP of the deck, plus
-   !> the unresolved part of the initial overlap, minus the closing so far.
+   !> the part of the initial overlap that is not yet removed, minus the prescribed closing so far.
    pure real(wp) function candidate_offset(problem, state, list, candidate) result(offset)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -219,7 +219,7 @@ contains
       offset = obstacle_offset(problem, state, list%obstacle(candidate), list%gap_offset(candidate), list%overlap(candidate))
    end function candidate_offset
 
-   !> Offset added to the distance from an obstacle for any place of a rod, see candidate_offset.
+   !> Offset added to the distance between an obstacle and any place of a rod; its parts are explained at candidate_offset.
    pure real(wp) function obstacle_offset(problem, state, obstacle, gap, overlap) result(offset)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -232,7 +232,7 @@ contains
       end associate
    end function obstacle_offset
 
-   !> Closing of a candidate's gap by the load factor, without the displacement of the obstacle.
+   !> Amount per unit of the load factor by which a candidate's gap closes, without the displacement of the obstacle.
    pure real(wp) function closing_rate(problem, list, candidate) result(rate)
       type(problem_t), intent(in) :: problem
       type(candidates_t), intent(in) :: list
@@ -262,8 +262,8 @@ contains
       call chain_gap(problem, state, problem%candidates, candidate, gap, normal, bend)
    end subroutine candidate_gap
 
-   !> Computes the results of candidate_gap for a candidate of either list: problem%candidates or problem%ground%chain
-   !> (foundations).
+   !> Gap of a candidate, gradient of the gap, and curvature of the gap along the obstacle. The candidate is in one of two lists:
+   !> problem%candidates, or problem%ground%chain (foundations).
    pure subroutine chain_gap(problem, state, list, candidate, gap, normal, bend)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -275,7 +275,7 @@ contains
       end associate
    end subroutine chain_gap
 
-   !> Computes the results of candidate_gap at a point of the element after a candidate.
+   !> Gap, gradient and curvature as in chain_gap, at a point of the element after a candidate.
    pure subroutine gap_at(problem, state, list, candidate, home, displacement, gap, normal, bend)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -298,13 +298,14 @@ contains
    end subroutine gap_at
 
    !> Derivative of a candidate's gap along its rod. The gap of a bilateral contact is measured from that of the stress-free axis,
-   !> whose own slope against the surface does not count. On a curved surface both slopes are against different normals.
+   !> so that the slope of this axis against the surface is subtracted. On a curved surface the two slopes refer to different
+   !> normals.
    pure real(wp) function gap_slope(problem, list, candidate, home, normal, rate, way) result(slope)
       type(problem_t), intent(in) :: problem
       type(candidates_t), intent(in) :: list
       integer, intent(in) :: candidate
       real(wp), intent(in) :: home(2)        !! stress-free position of the point
-      real(wp), intent(in) :: normal(2)      !! normal of the obstacle at the present position, as from gap_at
+      real(wp), intent(in) :: normal(2)      !! normal of the obstacle at the present position of the point
       real(wp), intent(in) :: rate(2), way(2) !! derivatives of position and displacement by the coordinate along the rod
       real(wp) :: gap, at_home(2), bend
       slope = dot_product(normal, rate)
@@ -313,7 +314,8 @@ contains
       slope = dot_product(normal, way) + dot_product(normal - at_home, rate - way)
    end function gap_slope
 
-   !> Gap of a candidate to the surface as it has settled under the reactions; if the surface does not settle, its gap.
+   !> Gap of a candidate to the surface as it has settled under the reactions. On a surface that does not settle it is the usual
+   !> gap.
    real(wp) function candidate_opening(problem, state, candidate) result(opening)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

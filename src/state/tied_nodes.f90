@@ -1,10 +1,10 @@
 !> Tied nodes: their displacements as functions of the unknowns, and the corresponding transformation of forces and matrices.
 !>
-!> The unknown of a tied component is its difference from the value that the tie prescribes; like that of a support it is fixed at
-!> zero. Let u = T(q) be the displacements of all nodes as functions of the unknowns q. Forces f on the nodes are then forces T'^T f
-!> on the unknowns. The tangent K becomes T'^T K T'; for a tie that rotates with a node (rigid link) the tie force times the second
-!> derivative of T is added. The derivative T' differs from the unit matrix only in the blocks of this module, and in those of nodes
-!> that touch carried obstacles (carried_obstacles).
+!> The unknown of a tied component is its difference from the value that the tie prescribes. This unknown is fixed at zero, like the
+!> unknown of a support. Let u = T(q) be the displacements of all nodes as functions of the unknowns q. Forces f on the nodes are
+!> then forces T'^T f on the unknowns. The tangent K becomes T'^T K T'; for a tie that rotates with a node (rigid link) the tie
+!> force times the second derivative of T is added. The derivative T' differs from the unit matrix only in the blocks of this
+!> module, and in the blocks of nodes that touch carried obstacles (carried_obstacles).
 module tied_nodes
    use kinds, only: wp
    use model, only: tie_t
@@ -24,7 +24,7 @@ contains
       logical, intent(in) :: turned(:)           !! (nodes) true: rotated axes, see system_t; false for tied nodes
       real(wp), intent(in) :: axis(:, :), roll(:), lean(:) !! (2, nodes) first axis; (nodes) couplings of the unknowns; see system_t
       real(wp), intent(inout) :: block(:, :, :) !! (3, 3, size(problem%ties%of)) blocks, rows: global axes, columns: node axes. In:
-      !! those of nodes that touch carried obstacles; out: all
+      !! the blocks of nodes that touch carried obstacles are set; out: all blocks
       real(wp) :: arm(2)
       integer :: i, k, n
       do n = 1, size(problem%ties%follows)
@@ -57,7 +57,7 @@ contains
             if (.not. problem%ties%follows(of)) then
                to = first(node) - 1 + findloc(list(first(node):first(node + 1) - 1), of, 1)
                block(component, :, to) = block(component, :, to) + factor * own_row(of, part)
-               ! The node that is followed in turn follows the nodes that carry the obstacles in contact with it.
+               ! The node `of` may touch carried obstacles. It then also follows the nodes that carry these obstacles.
                do b = first(of), first(of + 1) - 1
                   to = first(node) - 1 + findloc(list(first(node):first(node + 1) - 1), list(b), 1)
                   block(component, :, to) = block(component, :, to) + factor * matmul(own_row(of, part), block(:, :, b))
@@ -130,8 +130,8 @@ contains
       stiffness = -force * arm(tie%component)
    end function tie_swing
 
-   !> Increments of a node's displacements and rotation in node axes. For a tied node they are in global axes, and follow from the
-   !> unknowns of the nodes to which it is tied.
+   !> Increments of a node's displacements and rotation in node axes. For a tied node the increments are in global axes, and follow
+   !> from the unknowns of the nodes to which it is tied.
    pure function node_unknowns(problem, block, node, x) result(du)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: block(:, :, :)     !! (3, 3, ties) blocks from set_blocks
@@ -173,7 +173,7 @@ contains
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: block(:, :, :)     !! (3, 3, ties) blocks from set_blocks
       integer, intent(in) :: nodes(:)            !! one or two nodes
-      real(wp), intent(in) :: k(:, :) !! (3 * number of nodes, the same) matrix in the nodes' axes; for tied nodes in global axes
+      real(wp), intent(in) :: k(:, :) !! (3 n, 3 n) matrix of the n nodes, in the nodes' axes; for tied nodes in global axes
       type(band_t), intent(inout) :: band
       integer :: place(size(nodes) + size(block, 3)), end_of(size(nodes) + size(block, 3)), with(size(nodes) + size(block, 3))
       real(wp) :: part(3, 3)

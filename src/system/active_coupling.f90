@@ -1,4 +1,5 @@
-!> Ground that couples contact candidates (half-space, shear layer), in the equations linearised with the present contact set.
+!> Elastic ground (half-space, shear layer) in the linearised equations. A force at one contact candidate also moves the ground's
+!> surface at the others: the ground couples the candidates.
 !>
 !> For the active candidates g + T r = 0, with the gaps g, the reactions r and the compliance matrix T (see ground_coupling). The
 !> ground is therefore a spring with the full stiffness matrix S = T^-1, r = -S g. The band matrix K contains a stiffer ground
@@ -19,11 +20,11 @@ module active_coupling
    public :: active_coupling_t, set_active, coupled_response, add_forces, &
       & subtract_excess, excess_row, factor_excess, add_excess_response
 
-   !> Active candidates on coupled ground. Symbols are those of the header of this module.
+   !> Candidates on coupled ground that are in contact (active). The symbols are explained in the header of this module.
    type :: active_coupling_t
       integer :: n = 0
-      integer, allocatable :: candidate(:)
-      integer, allocatable :: entry(:)              !! (n) index of the candidate in coupling_t
+      integer, allocatable :: candidate(:) !! (n) index of the candidate in the problem's list of candidates
+      integer, allocatable :: entry(:)              !! (n) index of the candidate in the list of coupled candidates (coupling_t)
       integer, allocatable :: row(:)                !! (n) first unknown of the candidate's node
       real(wp), allocatable :: direction(:, :)      !! (2, n) normals in node axes: the entries of N that are not zero
       real(wp), allocatable :: stiffness(:, :)      !! (n, n) S, stiffness of the ground
@@ -32,13 +33,13 @@ module active_coupling
       real(wp), allocatable :: column(:, :)         !! (unknowns, n) X; zero at fixed unknowns
       real(wp), allocatable :: small(:, :)          !! (n, n) factors of W^-1 - N^T X
       integer, allocatable :: pivot(:)
-      integer :: negative_pivots = 0 !! number of negative eigenvalues of the small matrix, which is added to that of the band
-      !! matrix
+      integer :: negative_pivots = 0 !! number of negative eigenvalues of W^-1 - N^T X, to be added to the number of negative
+      !! eigenvalues of the band matrix
    end type active_coupling_t
 
 contains
 
-   !> Sets the stiffness of the ground for a contact set; it is computed again only if the set has changed.
+   !> Computes the stiffness of the ground for a contact set, if the set has changed.
    subroutine set_active(coupling, active, set)
       type(coupling_t), intent(in) :: coupling
       logical, intent(in) :: active(:)             !! (candidates) true: in contact
@@ -141,7 +142,7 @@ contains
       call add_forces(set, -force, y)
    end subroutine subtract_excess
 
-   !> One row of the product N W N^T x.
+   !> Entry `row` of the vector N W N^T x.
    pure real(wp) function excess_row(set, row, x)
       type(active_coupling_t), intent(in) :: set
       integer, intent(in) :: row
@@ -154,8 +155,8 @@ contains
       end do
    end function excess_row
 
-   !> Computes X and factors the small matrix; the band matrix is already factored. A zero pivot is replaced by a small positive
-   !> number, as in factorise.
+   !> Computes X and factors the small matrix W^-1 - N^T X; the band matrix is already factored. A zero pivot is replaced by a small
+   !> positive number, so that the factors exist.
    subroutine factor_excess(set, factor, fixed)
       type(active_coupling_t), intent(inout) :: set
       type(factor_t), intent(in) :: factor
@@ -185,8 +186,8 @@ contains
       call factor_symmetric(set%small, set%pivot, max(sqrt(epsilon(largest)) * largest, tiny(largest)), set%negative_pivots, zero)
    end subroutine factor_excess
 
-   !> Corrects a solution x = K^-1 b of the band matrix, whose ground is too stiff by W, to that of the true tangent. Fixed unknowns
-   !> keep their values.
+   !> Turns a solution x = K^-1 b with the band matrix, whose ground is too stiff by W, into the solution with the true tangent.
+   !> Fixed unknowns keep their values.
    subroutine add_excess_response(set, x)
       type(active_coupling_t), intent(in) :: set
       real(wp), intent(inout) :: x(:)              !! (unknowns) solution, node axes

@@ -1,10 +1,9 @@
 !> Inextensible rods: corrects solutions for the artificial extension in the factored tangent.
 !>
-!> The equations inside inextensible elements have 1/EA = 0, so that equilibrium is exact. Since a straight element would have
-!> an infinite axial stiffness, the tangent has an artificial axial compliance, a small part of the bending compliance
-!> (ge_element). Solutions with the factored tangent are corrected here: the artificial extension of each element is
-!> applied to it as a stress-free distortion of opposite sign. Each correction reduces the error by the small ratio of the two
-!> compliances.
+!> The equations inside inextensible elements have 1/EA = 0, so that equilibrium is exact. A straight element would then have an
+!> infinite axial stiffness; the tangent therefore has an artificial axial compliance, a small part of the bending compliance
+!> (ge_element). Solutions with the factored tangent are corrected here: a stress-free distortion of opposite sign is applied to
+!> each element and removes its artificial extension. Each correction reduces the error by the small ratio of the two compliances.
 module axial_rigidity
    use kinds, only: wp
    use problem, only: problem_t, dof
@@ -15,17 +14,19 @@ module axial_rigidity
    integer, parameter, public :: rigidity_rounds = 2 !! number of corrections of a solution; each reduces the error by about eight
    !! digits
 
-   !> Linear maps from unknowns to the artificial extension of inextensible elements, and back.
+   !> Matrices that give the artificial extension of each inextensible element for given unknowns, and the forces that remove it.
    type :: rigidity_t
       integer :: n = 0
       integer, allocatable :: element(:)       !! (n) inextensible elements
-      integer, allocatable :: first(:)         !! (n + 1) index of the first entry of an element
+      integer, allocatable :: first(:)         !! (n + 1) index of the element's first entry in `unknown`, `force` and `push`
       integer, allocatable :: unknown(:)       !! (entries) index of the unknown
-      real(wp), allocatable :: force(:, :)     !! (2, entries) derivative of the force at the element's first end by the unknown
-      real(wp), allocatable :: push(:, :) !! (2, entries) force on the unknown for a unit translation of the element's second end
-      real(wp), allocatable :: give(:, :, :)   !! (2, 2, n) artificial extension in the tangent for a unit force
-      real(wp), allocatable :: shifted(:, :, :) !! (2, 2, n) force for a unit translation of the second end
-      real(wp), allocatable :: load(:, :)      !! (2, n) derivative of the force by the load factor
+      real(wp), allocatable :: force(:, :) !! (2, entries) derivative by the unknown of the force that causes the extension: the
+      !! force at the first end, on an obstacle at the second end
+      real(wp), allocatable :: push(:, :) !! (2, entries) force on the unknown that a unit translation of the element's second end
+      !! causes
+      real(wp), allocatable :: give(:, :, :)   !! (2, 2, n) artificial extension for a unit of this force
+      real(wp), allocatable :: shifted(:, :, :) !! (2, 2, n) change of this force for a unit translation of the second end
+      real(wp), allocatable :: load(:, :)      !! (2, n) derivative of this force by the load factor
    end type rigidity_t
 
 contains

@@ -4,9 +4,9 @@
 !>   K x - load y = rhs      row.x + corner y = path
 !>
 !> K is the tangent: the band matrix minus the excess stiffness of coupled ground (active_coupling). x and y are the increments of
-!> the unknowns and of the load factor; `load` are the forces by the load factor, rhs the forces to be balanced. The second equation
-!> is the linearised path constraint, with `path` as its right-hand side. The constraint row makes the system regular at limit
-!> points, where K is singular.
+!> the unknowns and of the load factor. `load` is the derivative of the loads by the load factor, and rhs the forces to be balanced.
+!> The second equation is the linearised path constraint, with `path` as its right-hand side. The constraint row makes the system
+!> regular at limit points, where K is singular.
 module bordered_system
    use kinds, only: wp
    use state_functional, only: functional_t
@@ -30,8 +30,8 @@ module bordered_system
 
 contains
 
-   !> Assembles and factors the system; system%ok becomes false if an element or the matrix is singular. `base` is described in
-   !> linear_system.
+   !> Assembles and factors the system; system%ok becomes false if an element or the matrix is singular. `base` is the last
+   !> converged state, to which UL2 elements refer.
    subroutine linearise(problem, state, base, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state, base
@@ -62,9 +62,9 @@ contains
       system%negative_pivots = system%factor%negative_pivots + system%coupling%negative_pivots - system%hinges
    end subroutine factor_system
 
-   !> System whose solutions contain the artificial extension of inextensible elements (about 1e-8 of bending). Such solutions are a
-   !> linear function of the unknowns alone. Without the artificial extension the force in an inextensible element would be an
-   !> independent variable.
+   !> Copy of a system whose solutions keep the artificial extension of inextensible elements (about 1e-8 of bending). These
+   !> solutions are a linear function of the unknowns alone. If the artificial extension is removed, the force in an inextensible
+   !> element is an independent variable.
    function with_stretch(system) result(stretching)
       type(system_t), intent(in) :: system     !! factored
       type(system_t) :: stretching             !! factored
@@ -99,10 +99,10 @@ contains
       if (present(stretch)) stretch = given
    end subroutine solve_effective
 
-   !> Responses to many force vectors at constant load factor, each of them as from solve_effective.
+   !> Responses to many force vectors at constant load factor, with all eliminated unknowns fixed.
    subroutine solve_all_effective(system, x)
       type(system_t), intent(in) :: system     !! factored
-      real(wp), intent(inout) :: x(:, :)       !! (n, any number) in: forces, 0 at fixed unknowns; out: responses
+      real(wp), intent(inout) :: x(:, :)       !! (n, force vectors) in: forces, 0 at fixed unknowns; out: responses
       real(wp) :: given(2, system%rigidity%n)
       integer :: k
       call timing_start(phase_solution)
@@ -171,7 +171,7 @@ contains
       call timing_stop(phase_solution)
    end subroutine solve_constrained
 
-   !> Makes a functional the quantity of the path constraint, whose change solve_bordered prescribes.
+   !> Sets the constraint row so that solve_bordered prescribes the change of a functional.
    pure subroutine set_path_row(system, held)
       type(system_t), intent(inout) :: system
       type(functional_t), intent(in) :: held
@@ -206,7 +206,7 @@ contains
       end do
    end function unknowns_of
 
-   !> Solves the bordered system. `ok` is false if it is singular: at a bifurcation, or if there is no constraint.
+   !> Solves the bordered system. `ok` is false if the system is singular: at a bifurcation, or without a constraint.
    subroutine solve_bordered(system, rhs, prescribed, path_rhs, x, y, ok)
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: rhs(:), prescribed(:) !! (n) forces to be balanced; (n) values of the fixed unknowns
@@ -236,7 +236,7 @@ contains
       rate = rates_of(problem, system, x, all_to_global(problem, system, x), y)
    end function resultant_rates
 
-   !> Computes resultant_rates if the increments are also known in global axes.
+   !> Does the work of resultant_rates; the increments of the nodes are also passed in global axes.
    function rates_of(problem, system, x, du, y) result(rate)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -265,7 +265,7 @@ contains
       end do
    end function rates_of
 
-   !> Displacements of all nodes in global axes.
+   !> Increments of the displacements and rotations of all nodes in global axes.
    function all_to_global(problem, system, x) result(du)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system

@@ -6,9 +6,9 @@
 !> contact B is B_rigid, the rigid motion of the body at the node. For a point contact B d is along the normal, and the obstacle
 !> slides along the rod: the rod is then not strained, and the stiffness of the body is not a difference of large numbers. If a
 !> support or a second obstacle fixes the node in a direction, B d has the remaining direction. In all cases the gap does not change
-!> with d. The forces on all nodes in contact, each times B^T, act on the carrier, which is in equilibrium together with these
-!> nodes; contact forces and derivatives of the contact's geometry do not enter. Conforming elements and the terms of contact depend
-!> on the displacements relative to the obstacle, w = A x + (B - B_rigid) d.
+!> The forces on all nodes in contact, each times B^T, act on the carrier, which is in equilibrium together with these nodes. This
+!> equilibrium contains neither contact forces nor derivatives of the contact's geometry. Conforming elements and the terms of
+!> contact depend on the displacements relative to the obstacle, w = A x + (B - B_rigid) d.
 !>
 !> A body that turns by the angle f about its pivot moves a node in contact by f J r + w, with the arm r from the pivot to the node
 !> and the quarter turn J. The second variation of this motion, 2 f J w - f^2 r, times the force on the node is a term of the
@@ -29,8 +29,8 @@ module carried_obstacles
 
 contains
 
-   !> Sets the blocks A^-1 B and A^-1 (B - B_rigid) of all nodes that may touch carried obstacles. They are zero for nodes without
-   !> contact.
+   !> Sets the blocks A^-1 B and A^-1 (B - B_rigid) of all nodes that may touch carried obstacles. For nodes without contact the
+   !> blocks are zero.
    pure subroutine set_carried(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -96,8 +96,8 @@ contains
       end associate
    end subroutine set_blocks_of
 
-   !> Second contact that eliminates an unknown of a candidate's node, with an obstacle of another carrier or of none; 0: there is
-   !> none.
+   !> Index of a second candidate at the same node that is in contact and eliminates another unknown of this node. Its obstacle has
+   !> another carrier or none. 0: there is no such candidate.
    pure integer function second_contact(problem, state, system, candidate) result(second)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -148,9 +148,9 @@ contains
       end do
    end subroutine add_carried_loads
 
-   !> Force and moment of the loads on a conforming element about the pivot of its obstacle, and their tangent. The internal
-   !> residuals of the element are eliminated: its stages move along the track with its ends, with the load factor, and with the
-   !> rotation of the obstacle.
+   !> Force and moment, about the pivot of the obstacle, of the loads on a conforming element, and their tangent. The internal
+   !> residuals of the element are eliminated: the stages of the element move along the track with its ends, with the load factor,
+   !> and with the rotation of the obstacle.
    subroutine load_on_carrier(problem, state, system, e, load, force, rate, k)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -159,7 +159,7 @@ contains
       type(ge_load_t), intent(in) :: load
       real(wp), intent(out) :: force(3), rate(3) !! force and moment; their derivative by the load factor
       real(wp), intent(out) :: k(9, 9) !! minus the derivative of the force by the unknowns of the carrier and of both nodes, in the
-      !! nodes' axes. Displacements of the element's nodes are relative to the obstacle; symmetric
+      !! nodes' axes; the matrix is symmetric. Displacements of the element's nodes are relative to the obstacle
       type(conforming_state_t) :: kept
       type(track_t) :: track
       type(pose_t) :: pose
@@ -192,8 +192,8 @@ contains
          do i = 1, 2
             at = 3 * i + 1
             ends(:, i) = pose%arm(node_position(state, node(i)))
-            ! The tangent of a pressure is symmetric: as in element_products, its skew part at the ends of free elements, p/2 times
-            ! a quarter turn, cancels that of the neighbours. The symmetric part is half of the derivative of the resultant.
+            ! The tangent of a pressure is symmetric. Its skew part at an end of an element, p/2 times a quarter turn, cancels the
+            ! skew part of the neighbouring element. The symmetric part is half of the derivative of the resultant.
             p = merge(-0.5_wp, 0.5_wp, i == 1) * load%pressure
             half(:, 1:2) = -p * reshape([0.0_wp, 1.0_wp, ends(1, i), -1.0_wp, 0.0_wp, ends(2, i)], [3, 2])
             half(:, 3) = 0.0_wp
@@ -211,8 +211,8 @@ contains
       end associate
    end subroutine load_on_carrier
 
-   !> Matrix of a contact with a carried obstacle for the unknowns of the contact's node and of the carrier. It includes the second
-   !> variation of the node's motion with the body.
+   !> Matrix of a contact with a carried obstacle for the unknowns of the contact's node and of the carrier. The matrix includes the
+   !> second variation of the node's motion with the body.
    pure function with_carrier(problem, system, candidate, matrix, pull) result(k)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system

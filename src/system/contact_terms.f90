@@ -19,7 +19,8 @@ module contact_terms
 
 contains
 
-   !> Sets reaction and stiffness of a foundation at its present gap. For an open candidate the stiffness is that at first contact.
+   !> Sets reaction and stiffness of a foundation at a candidate's present gap. For an open candidate the stiffness is that at first
+   !> contact.
    pure subroutine set_foundation(problem, state, candidate, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -41,7 +42,8 @@ contains
       end associate
    end subroutine set_foundation
 
-   !> Sets the reactions of coupled ground at the present gaps, and the openings (gaps of open candidates to the settled surface).
+   !> Sets the reactions of coupled ground at the present gaps, and the openings: gaps of open candidates to the ground's surface as
+   !> it has settled under the reactions.
    subroutine set_coupling(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -54,9 +56,9 @@ contains
       call coupled_response(problem%coupling, system%coupling, none, system%opening, system%push)
    end subroutine set_coupling
 
-   !> Adds foundations and the geometric stiffness of curved obstacles. The displacement of a moving obstacle has the effect of the
-   !> opposite displacement of its contact nodes. A gap that closes has the effect of a displacement of the nodes against a constant
-   !> normal. Carried obstacles are rigid; they have neither.
+   !> Adds foundations and the geometric stiffness of curved obstacles. A prescribed displacement of an obstacle acts like the
+   !> opposite displacement of the nodes in contact. A prescribed closing of the gap acts like a displacement of the nodes against a
+   !> constant normal. For carried obstacles, which are rigid, neither term is added.
    subroutine add_contact(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -118,8 +120,8 @@ contains
       end do
    end subroutine add_marks
 
-   !> Sets unknowns and directions of coupled ground, and adds those loads caused by its motion that the band matrix does not
-   !> contain.
+   !> Sets the unknowns and normals of the candidates on coupled ground. Adds those loads from the prescribed motion of this ground
+   !> that the band matrix does not contain.
    subroutine place_coupling(problem, system)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(inout) :: system
@@ -180,7 +182,8 @@ contains
          & reaction = contact_reaction(system, candidate, system%residual)
    end function node_reaction
 
-   !> Force that a rigid obstacle, and the conforming elements on it, exert on the node of a contact; global axes.
+   !> Force that a rigid obstacle, together with the conforming elements on the obstacle, exerts on the node of a contact; global
+   !> axes.
    pure function contact_pull(problem, system, candidate, reaction, couple, ends) result(pull)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -192,7 +195,8 @@ contains
       integer :: side
       along = 0.0_wp
       associate (list => problem%candidates, node => problem%candidates%node(candidate), n => system%normal(:, candidate))
-         ! The first unknown of the node also rotates it (`roll`); the third unknown also displaces it along the normal (`lean`).
+         ! The first unknown of the node also rotates the node (`roll`); the third unknown also displaces the node along the normal
+         ! (`lean`).
          pull = reaction * n - system%roll(node) * (couple - system%lean(node) * reaction) * [n(2), -n(1)]
          do side = 1, 2
             associate (e => list%element(side, candidate))

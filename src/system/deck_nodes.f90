@@ -1,5 +1,5 @@
-!> Quantities of a state at the nodes of the deck. The deck means fixed material points by these nodes. The mesh may have other
-!> nodes, which may move along the rods.
+!> Quantities of a state at the nodes of the deck. A node of the deck is a fixed material point, whereas nodes of the mesh may move
+!> along the rods.
 module deck_nodes
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap, carried_by
@@ -24,8 +24,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: node               !! node of the deck
-      integer, intent(out) :: mesh_node         !! mesh node at the same material point; 0: none
-      integer, intent(out) :: e                 !! element that contains the point in its interior; 0: none
+      integer, intent(out) :: mesh_node         !! mesh node at the same material point; 0: no such node
+      integer, intent(out) :: e                 !! element that contains the point in its interior; 0: no such element
       real(wp), intent(out) :: tau              !! place in this element, 0 to 1
       integer, intent(inout), optional :: near  !! index with which the search starts, see find_point
       e = 0
@@ -58,8 +58,8 @@ contains
       end do
    end function deck_displacements
 
-   !> Section forces (N, Q, M) at both ends of every element of the deck, on the element's side of each end, as from local_forces. A
-   !> contact force acts at the present position of its node.
+   !> Section forces (N, Q, M) at both ends of every element of the deck. Where they jump, each end has the value on its own
+   !> element's side. A contact force acts at the present position of its node.
    function deck_section_forces(problem, state) result(local)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -67,8 +67,8 @@ contains
       integer, dimension(2 * problem%deck%mesh%n_elements) :: holder
       real(wp) :: tau(size(holder)), forces(3, size(holder)), ends(3, 2), there
       integer :: place(2, size(local, 3)), e, side, n, i, last, element, near
-      ! The ends are processed in the order of the deck: neighbouring elements share a position, and many are in one element of the
-      ! mesh.
+      ! The ends are processed in the order of the deck, because neighbouring elements share a position, and many positions are in
+      ! one element of the mesh.
       n = 0
       near = 0
       do e = 1, size(place, 2)
@@ -145,7 +145,7 @@ contains
       associate (list => problem%deck%contact(contact), o => problem%deck%contact(contact)%obstacle, kept => problem%constant, &
          & overlap => problem%overlap(contact), load => problem%model%step(problem%step)%load)
          pose = pose_of(problem, state, o)
-         ! The part of candidate_offset that is not the parameter GAP of the deck.
+         ! Part of the gap that is the same at all nodes: initial overlap that is not yet removed, minus prescribed closing.
          later = overlap * (1.0_wp - kept%resolved(o)) - kept%closing(o) - &
             & state%load_factor * (load%closing(o) + load%resolved(o) * overlap)
          do i = 1, size(list%node)
@@ -205,7 +205,7 @@ contains
       integer, intent(in) :: e
       real(wp), intent(in) :: tau               !! place in the element, 0 to 1
       type(profile_t), intent(inout) :: profile !! profile of the element used last, see keep_profile
-      real(wp), intent(in) :: du(6) !! changes of the nodes' displacements; for an element on a carried obstacle those from
+      real(wp), intent(in) :: du(6) !! changes of the nodes' displacements; for an element on a carried obstacle the changes from
       !! relative_increments
       real(wp), intent(in) :: dz(:)             !! (z_size) changes of the stored unknowns
       real(wp), intent(in) :: load_change       !! change of the load factor
@@ -220,8 +220,8 @@ contains
          rate = profile_rate(problem, state, profile, tau, du, dz, load_change)
          return
       end if
-      ! For a conforming element: central difference. Its step, over the element's length or over its forces and loads, balances
-      ! truncation and rounding errors.
+      ! For a conforming element the derivative is a central difference. The step of the difference, relative to the element's
+      ! length or to its forces and loads, balances truncation and rounding errors.
       step = epsilon(step)**(1.0_wp / 3.0_wp)
       part = max(maxval(abs(du([1, 2, 4, 5]))), maxval(abs(dz(size(dz) - problem%model%mesh%stages(e) + 1:))))
       if (part > 0.0_wp) step = step * state%geometry%element(e)%length / part

@@ -1,4 +1,4 @@
-!> Products of the sum of element matrices with a vector. They are more accurate than products with the assembled band matrix.
+!> Products of the sum of element matrices with a vector, which are more accurate than products with the assembled band matrix.
 module element_products
    use kinds, only: wp
    use problem, only: problem_t
@@ -10,14 +10,14 @@ module element_products
 
 contains
 
-   !> Product of the element matrices k with x, and x^T k x, after the translation of each element has been subtracted. EA/h and
-   !> EI/h^3 (h: element length) are then multiplied by the rounding errors of small differences. The rounding errors of the
-   !> displacements themselves would exceed small eigenvalues of stiff rods. The translations are also subtracted in the part of the
+   !> Product of the element matrices k with x, and x^T k x. The translation of each element is subtracted from x first, so that the
+   !> large stiffnesses EA/h and EI/h^3 (h: element length) multiply the rounding errors of small differences only. The rounding
+   !> errors of the displacements themselves would exceed small eigenvalues of stiff rods. The translation is also subtracted for
    !> follower pressure; the symmetric part of the pressure stiffness then needs a correction by half of its skew part.
    pure subroutine apply_elements(problem, system, k, shift, pressure, x, y, form)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system     !! provides the node axes
-      real(wp), intent(in) :: k(:, :, :)       !! (6, 6, elements) element matrices, node axes, as from sum_elements
+      real(wp), intent(in) :: k(:, :, :)       !! (6, 6, elements) element matrices, node axes
       real(wp), intent(in) :: shift(:, :, :) !! (6, 2, elements) k times a unit translation in x and in y; or (6, 2, 0): zero for
       !! all elements
       real(wp), intent(in) :: pressure(:, :)   !! (2, elements) follower pressure contained in the matrices, at both ends

@@ -1,5 +1,5 @@
-!> Unknowns that supports, ties and rigid contacts eliminate, the prescribed increments of these unknowns, and the node axes for
-!> which one unknown at a time can be eliminated.
+!> Unknowns that supports, ties and rigid contacts eliminate, the prescribed increments of these unknowns, and the axes of the
+!> nodes. In these axes each support or contact eliminates a single unknown.
 module eliminated_unknowns
    use kinds, only: wp, parallel
    use problem, only: problem_t, dof
@@ -59,8 +59,8 @@ contains
                end if
             end if
             if (first(node) > 0) then
-               ! At a corner between two obstacles the second contact fixes the node along the first obstacle; for further contacts
-               ! no unknown of the node remains.
+               ! At a corner between two obstacles the second contact fixes the node along the first obstacle. Further contacts at
+               ! the node eliminate no unknown, because none remains.
                system%slope(c) = dot_product(system%normal(:, c), system%axis(:, node))
                if (any(fixed(1:2, node)) .or. system%partner(first(node)) > 0 .or. abs(system%slope(c)) < parallel) cycle
                d = dof(problem, node, 1)
@@ -75,7 +75,7 @@ contains
                cycle
             end if
             first(node) = c
-            ! Supports leave the node one direction in which the obstacle can act, or none.
+            ! Supports leave the node at most one direction in which the obstacle can act.
             if (fixed(1, node)) then
                if (fixed(2, node)) cycle
                i = 2
@@ -123,8 +123,8 @@ contains
          system%rate(d) = system%bend(c) * along
       end subroutine follow_track
 
-      !> A node in a corner has the axes of another contact: rotates it with the track of the line contact, whose other unknowns are
-      !> eliminated.
+      !> Fixes the rotation of a node in a corner between two obstacles whose second contact is a line contact. The node has the
+      !> axes of the first contact, but rotates with the track of the line contact. Its two displacements are eliminated.
       subroutine turn_in_corner(c, node)
          integer, intent(in) :: c, node
          real(wp) :: track(2), moved(2), rate(2)
@@ -169,7 +169,7 @@ contains
       end associate
    end subroutine reaction_weights
 
-   !> Part of the second contact's reaction at a corner that acts along the normal of the first contact.
+   !> Component, along the normal of the first contact, of a unit reaction of the second contact at a corner.
    pure real(wp) function corner_share(system, candidate) result(share)
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate         !! candidate that has a partner (second contact at its node)

@@ -35,7 +35,7 @@ contains
       end do
    end subroutine add_joint_springs
 
-   !> Derivatives of a spring's elongation with respect to the increments of its two nodes (node_unknowns).
+   !> Derivatives of a spring's elongation by the increments of displacements and rotations of its two nodes, in node axes.
    pure function joint_row(system, spring) result(row)
       type(system_t), intent(in) :: system     !! provides the node axes
       type(joint_spring_t), intent(in) :: spring

@@ -1,9 +1,9 @@
 !> Equilibrium equations at a state, assembled with the present contact set.
 !>
 !> This module re-exports procedures of its parts: system_type has the data, node_axes the axes of the unknowns, eliminated_unknowns
-!> the constraints, contact_terms and joint_stiffness the terms of contacts and joints. Computed here are the residual of the
-!> equations, with the part of it that may be rounding, and the linear maps of inextensible elements, with which axial_rigidity
-!> corrects solutions (set_rigidity).
+!> the constraints, contact_terms and joint_stiffness the terms of contacts and joints. The module itself computes the residual of
+!> the equations and the part of the residual that may be rounding. It also computes the matrices with which axial_rigidity corrects
+!> solutions for inextensible elements (set_rigidity).
 module linear_system
    use kinds, only: wp
    use problem, only: problem_t, carried_by, moments_as_forces
@@ -37,7 +37,7 @@ module linear_system
 
 contains
 
-   !> Assembles the equations at `state`. `base` is the last converged configuration, to which UL2 elements refer.
+   !> Assembles the equations at `state`. `base` is the last converged state, to which UL2 elements refer.
    subroutine assemble(problem, state, base, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state, base
@@ -75,8 +75,9 @@ contains
          if (problem%candidates%rolls(c)) then
             roll = rolled(problem, state, c)
             system%gap(c) = system%gap(c) - roll%rise
-            ! The rotational stiffness of a point contact that bends around the obstacle more than its surface is negative. This
-            ! stiffness changes its sign through infinity, not through zero: the negative pivot is spurious.
+            ! The rotational stiffness of a point contact is negative if the rod bends more around the obstacle than the obstacle's
+            ! surface does. This stiffness changes its sign through infinity, not through zero: its negative pivot shows no
+            ! instability.
             if (state%reaction(c) > 0.0_wp .and. touchdown_spring(problem, state, c) < 0.0_wp .and. &
                & .not. problem%candidates%follows(c)) system%hinges = system%hinges + 1
          end if
@@ -138,7 +139,7 @@ contains
          end do
       end subroutine add_node_pushes
 
-      !> Adds springs between nodes and fixed points. They are stress-free at the start.
+      !> Adds springs between nodes and fixed points. The springs are stress-free at the start.
       subroutine add_springs()
          integer :: node, i
          real(wp) :: force(3), k(3, 3)
@@ -213,7 +214,7 @@ contains
       end do
    end subroutine sum_elements
 
-   !> Transforms to a node's axes the rows and columns of an element's matrix that begin at row `first`.
+   !> Transforms the part of an element's matrix and force vectors that begins at row `first` to the axes of its node.
    pure subroutine turn_element(axis, roll, lean, first, k, f, raw, fl)
       real(wp), intent(in) :: axis(2), roll, lean
       integer, intent(in) :: first
@@ -255,8 +256,9 @@ contains
       call subtract_excess(system%coupling, weight, row, form)
    end subroutine rows_times
 
-   !> Computes the maps from the elements' tangents in node axes. In a free element the artificial extension is caused by the force
-   !> at its first end, in a conforming element by the force along the track at its second end.
+   !> Computes the matrices of inextensible elements (rigidity_t) from the elements' tangents in node axes. In a free element the
+   !> artificial extension is caused by the force at its first end, in a conforming element by the force along the track at its
+   !> second end.
    subroutine set_rigidity(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -292,7 +294,7 @@ contains
                   if (b >= ties%first(nodes(j)) .and. carried_by(problem, e) > 0) part = system%slip_block(:, :, b)
                   rigidity%push(:, n:n + 2) = matmul(transpose(matmul(system%ek(3 * j - 2:3 * j, 4:5, e), axes)), part)
                   if (on_track) then
-                     rigidity%force(:, n:n + 2) = rigidity%push(:, n:n + 2) ! both are forces at the second end
+                     rigidity%force(:, n:n + 2) = rigidity%push(:, n:n + 2) ! here `push` and `force` are forces at the second end
                   else
                      rigidity%force(:, n:n + 2) = matmul(system%op(1:2, 3 * j - 2:3 * j, e), &
                         & matmul(own_axes(system, nodes(j)), part))
@@ -325,8 +327,9 @@ contains
       end associate
    end function give_inside
 
-   !> Measures the residual of the free unknowns, computed from the stored end forces: over the largest force; for moments over the
-   !> largest force times the structure's size.
+   !> Measures the largest residual of the free unknowns, computed from the stored end forces. A force is divided by the largest
+   !> force, a moment by the largest force times the structure's size. The part of the residual that may be rounding is estimated,
+   !> too.
    subroutine measure_residual(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -381,8 +384,8 @@ contains
       end if
       worst = maxval(abs(merge(0.0_wp, moments_as_forces(problem, system%raw), system%fixed)))
       system%force_scale = scale
-      ! UL2 elements compute N from displacements, and foundations their reaction from a gap. The rounding error of the force is
-      ! that of the displacement or gap, times the stiffness.
+      ! UL2 elements compute N from displacements, and foundations their reaction from a gap. The rounding error of such a force is
+      ! the rounding error of the displacement or gap, times the stiffness.
       moved = max(maxval(abs(state%u(1:2, :))), maxval(abs(state%u(3, :))) * problem%size)
       system%gap_error = 2.0_wp * epsilon(noise) * merge(moved, problem%size, problem%resting)
       noise = maxval([problem%ground%stiffest, system%spring]) * merge(moved, problem%size, problem%resting)

@@ -1,5 +1,5 @@
-!> Resultants of the loads of each step: sum of the forces and moment about the origin. Those of the loads on elements are computed
-!> directly from the definition of the loads.
+!> Resultants of the loads of each step: sum of the forces and moment about the origin. Loads on elements are summed directly from
+!> their definition.
 module load_sums
    use kinds, only: wp
    use problem, only: problem_t, copy_problem
@@ -119,14 +119,15 @@ contains
 
    contains
 
-      !> Adds a force at a place, measured from the point.
+      !> Adds a force and its moment about `middle`; `place` is measured from `middle`.
       subroutine add(place, force)
          real(wp), intent(in) :: place(2), force(2)
          total = total + [force, place(1) * force(2) - place(2) * force(1)]
       end subroutine add
    end function load_on_rod
 
-   !> Deformed positions of points of a conforming element. A separate procedure, because its work arrays take time to set up.
+   !> Deformed positions of points of a conforming element. They have their own procedure, because its work arrays take time to set
+   !> up.
    pure function conforming_places(problem, state, e, tau) result(place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -19,10 +19,11 @@ contains
       if (system%turned(node)) call turn_force(system%axis(:, node), system%roll(node), system%lean(node), force)
    end subroutine to_node
 
-   !> Transforms a force and a moment on a node to the axes of the node. The first unknown also rotates the node with the track
-   !> (`roll`); the third unknown also displaces the node along the normal (`lean`).
+   !> Transforms a force and a moment on a node to the axes of the node. In these axes the first unknown also rotates the node with
+   !> the track (`roll`), and the third unknown also displaces the node along the normal (`lean`).
    pure subroutine turn_force(axis, roll, lean, force)
-      real(wp), intent(in) :: axis(2), roll, lean !! first axis of the node; couplings of its unknowns, see system_t
+      real(wp), intent(in) :: axis(2), roll, lean !! first axis of the node; couplings `roll` and `lean` of its unknowns, see
+      !! system_t
       real(wp), intent(inout) :: force(3)         !! force (x, y) and moment; in: global axes; out: node axes
       call turn_pair(axis, force(1:2))
       force(1) = force(1) + roll * force(3)
@@ -65,7 +66,8 @@ contains
       end associate
    end function own_axes
 
-   !> Increments of an element's nodes in node axes. For an element on a carried obstacle they are relative to the obstacle.
+   !> Increments of an element's nodes in node axes. For an element on a carried obstacle the increments are relative to the
+   !> obstacle.
    pure function element_unknowns(problem, system, x, e) result(local)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -85,7 +87,7 @@ contains
    end function element_unknowns
 
    !> Increments of the nodes of an element on a carried obstacle, relative to the obstacle and in global axes. The third entry of
-   !> the first node is the rotation of the obstacle, that of the second node is zero (see evaluate_conforming).
+   !> the first node is the rotation of the obstacle; the third entry of the second node is zero (see evaluate_conforming).
    pure function relative_increments(problem, system, x, e) result(du)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system

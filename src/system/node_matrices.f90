@@ -1,5 +1,5 @@
-!> Stiffness matrices of a few nodes each: springs, loads that follow the structure, contact, rigid links. Together with the element
-!> matrices they are the tangent. Each is stated once, and then both added to the band matrix and multiplied by vectors.
+!> Stiffness matrices of a few nodes each: springs, loads that follow the structure, contact, rigid links. The tangent is their sum
+!> with the element matrices. Each matrix is stored once, and then both added to the band matrix and multiplied by vectors.
 module node_matrices
    use kinds, only: wp
    use problem, only: problem_t
@@ -16,13 +16,13 @@ module node_matrices
       integer :: n = 0                         !! number of nodes
       integer :: node(most_nodes) = 0
       logical :: relative = .false.            !! true: the unknowns are displacements relative to a carried obstacle
-      integer :: first = 1, last = 0           !! place of its entries in the list's `entry`
+      integer :: first = 1, last = 0           !! range of the matrix's entries in component `entry` of the list
    end type node_matrix_t
 
-   !> A list of such matrices, (3 n, 3 n) each, in node axes; for tied nodes in global axes.
+   !> A list of symmetric matrices, (3 n, 3 n) for n nodes, in node axes; for tied nodes in global axes.
    type :: node_matrices_t
       integer :: n = 0
-      type(node_matrix_t), allocatable :: list(:) !! the first n are in use
+      type(node_matrix_t), allocatable :: list(:) !! list of matrices; the first n are in use
       integer :: n_entries = 0
       real(wp), allocatable :: entry(:)        !! the entries of all matrices, one after the other; the first n_entries are in use
    contains
@@ -43,7 +43,7 @@ contains
    pure subroutine append(self, nodes, k, relative)
       class(node_matrices_t), intent(inout) :: self
       integer, intent(in) :: nodes(:)          !! one to three nodes
-      real(wp), intent(in) :: k(:, :)          !! (3 * number of nodes, the same) symmetric matrix, see node_matrices_t
+      real(wp), intent(in) :: k(:, :)          !! (3 n, 3 n) symmetric matrix of the n nodes, in the axes of node_matrices_t
       logical, intent(in), optional :: relative !! see node_matrix_t; default: false
       type(node_matrix_t) :: new
       integer :: column
@@ -132,7 +132,7 @@ contains
       form = form + dot_product(moved, force)
    end subroutine apply_matrix
 
-   !> The sum of two lists, each times a factor. Both have matrices of the same nodes in the same order.
+   !> The sum of two lists, each times a factor. The two lists have matrices of the same nodes in the same order.
    pure type(node_matrices_t) function combined(factor, one, other_factor, other) result(sum)
       real(wp), intent(in) :: factor, other_factor
       type(node_matrices_t), intent(in) :: one, other

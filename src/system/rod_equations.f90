@@ -35,15 +35,15 @@ contains
       type(state_t), intent(in) :: state
       type(state_t), intent(in) :: base !! last converged state, the reference configuration of updated-Lagrangian elements
       integer, intent(in) :: e
-      real(wp), intent(out) :: f(6)            !! end forces, with the errors of the element's own unknowns eliminated
+      real(wp), intent(out) :: f(6)            !! end forces, with the residuals of the equations inside the element eliminated
       real(wp), intent(out) :: raw(6) !! end forces from the stored unknowns, without the rounding of stiffness times
       !! displacement
       real(wp), intent(out) :: k(6, 6)         !! tangent, symmetric
       real(wp), intent(out) :: fl(6)           !! minus the derivative of f by the load factor
       real(wp), intent(out) :: op(:, :)        !! (at least z_size, ge_columns) update operator of the stored unknowns
-      real(wp), intent(out) :: defect(3)       !! residuals of the element's own unknowns: rotation [rad], force, position
-      logical, intent(out) :: ok               !! false: the element is singular, and the other results are undefined
-      type(inner_forces_t), intent(inout) :: inner !! in: its storage is reused; out: forces of foundations
+      real(wp), intent(out) :: defect(3)       !! residuals of the equations inside the element: rotation [rad], force, position
+      logical, intent(out) :: ok               !! false: the element is singular, and all other results are undefined
+      type(inner_forces_t), intent(inout) :: inner !! in: its arrays are reused; out: forces of foundations
       real(wp), intent(out) :: shift(6, 2)     !! k times a unit translation in x and in y
       real(wp) :: internal(2)
       if (.not. collocates(problem%model%mesh%family(e))) then
@@ -71,8 +71,8 @@ contains
       end if
    end subroutine evaluate_rod
 
-   !> Magnitude of the forces that cancel in an element; their rounding error is part of its section forces. In UL2 elements it is
-   !> the force that would suppress the thermal strain; elsewhere no forces cancel.
+   !> Magnitude of the forces that cancel in an element; the rounding error of these forces is part of the element's section forces.
+   !> In UL2 elements it is the force that would suppress the thermal strain. In all other elements no forces cancel.
    pure real(wp) function cancelling_force(problem, state, e) result(force)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -84,8 +84,8 @@ contains
       force = ul2_heat_scale * abs(load%strain) / problem%compliance(e)%axial
    end function cancelling_force
 
-   !> Scale of the rounding error of forces that are computed from displacements: stiffness times magnitude of the displacements. It
-   !> is 0 for elements that store their forces; UL2 elements compute N and M from displacements.
+   !> Scale of the rounding error of forces that are computed from displacements: stiffness times magnitude of the displacements.
+   !> The scale is 0 for elements that store their forces; UL2 elements compute N and M from displacements.
    pure real(wp) function displaced_force(problem, state, e, moved) result(force)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -99,8 +99,8 @@ contains
    end function displaced_force
 
    !> Change of the tangent at fixed geometry, caused by the section forces and the pressure that a change `factor` of the load
-   !> factor gives. For factor 0 the result is the derivative by the load factor. It is zero for a conforming element, because on an
-   !> obstacle of constant curvature all strains are linear in the displacements.
+   !> factor gives. For factor 0 the result is the derivative by the load factor. For a conforming element the result is zero,
+   !> because on an obstacle of constant curvature all strains are linear in the displacements.
    subroutine rod_stress_stiffness(problem, state, du, dz, e, factor, k, shift)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -124,8 +124,9 @@ contains
       if (abs(factor) > 0.0_wp) k = factor * k
    end subroutine rod_stress_stiffness
 
-   !> The same for a GE element: change of its tangent with the internal unknowns eliminated. For factor 0 it is computed by central
-   !> differences of sixth order in n h^2/EI, with the section force n and the element's length h.
+   !> Change of a GE element's tangent at fixed geometry, with the internal unknowns eliminated (see rod_stress_stiffness). For
+   !> factor 0 it is computed by central differences of sixth order in n h^2/EI, with the section force n and the element's length
+   !> h.
    subroutine ge_stress_stiffness(problem, state, du, dz, e, factor, k, shift)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -171,7 +172,7 @@ contains
 
    contains
 
-      !> Adds, times a weight, the tangent (internal unknowns eliminated) under the stresses of a part of the load change.
+      !> Adds the weighted tangent of the element (internal unknowns eliminated) under the stresses of a part of the load change.
       subroutine add(part_of_load, weight)
          real(wp), intent(in) :: part_of_load, weight
          type(ge_data_t) :: shifted
@@ -214,7 +215,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(out) :: first(3), second(3) !! (n_x, n_y, m) at the first and at the second end
+      real(wp), intent(out) :: first(3), second(3) !! force and moment (n_x, n_y, m) at the first and at the second end
       type(inner_forces_t) :: inner
       if (.not. collocates(problem%model%mesh%family(e))) then
          call ul2_end_forces(problem, state, e, first, second)
@@ -228,7 +229,7 @@ contains
       end if
    end subroutine end_forces
 
-   !> End forces of a conforming element. A separate procedure, because its work arrays take time to set up.
+   !> End forces of a conforming element. They have their own procedure, because its work arrays take time to set up.
    pure subroutine conforming_end_forces(problem, state, e, inner, first, second)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -240,7 +241,7 @@ contains
       call conforming_resultant(problem, state, e, 1.0_wp, kept, second, inner)
    end subroutine conforming_end_forces
 
-   !> End forces of a UL2 element. Its loads are lumped: half of them acts between each end and its node.
+   !> End forces of a UL2 element. The loads of the element are lumped: half of them acts between each end and its node.
    pure subroutine ul2_end_forces(problem, state, e, first, second)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -276,7 +277,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(out) :: local(3, 2) !! (N, Q, M) at each end
+      real(wp), intent(out) :: local(3, 2) !! section forces (N, Q, M) at each end
       real(wp) :: ends(3, 2)
       integer :: side
       call end_forces(problem, state, e, ends(:, 1), ends(:, 2))
@@ -314,7 +315,8 @@ contains
       end if
    end function inner_local_forces
 
-   !> Section forces at places inside a conforming element; a separate procedure like conforming_end_forces.
+   !> Section forces at places inside a conforming element. They have their own procedure, because its work arrays take time to set
+   !> up.
    pure function conforming_local_forces(problem, state, e, tau) result(local)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -328,7 +330,7 @@ contains
       end do
    end function conforming_local_forces
 
-   !> Force and moment (N, Q, M) in the axes of a section, from those in global axes.
+   !> Force and moment (N, Q, M) in the axes of a section, transformed from global axes.
    pure function in_section(resultant, angle) result(local)
       real(wp), intent(in) :: resultant(3)      !! (n_x, n_y, m)
       real(wp), intent(in) :: angle             !! tangent angle of the section

@@ -3,11 +3,11 @@
 !> Closed rods that may roll along a straight wall are fixed only by a clamp inside a line contact.
 !>
 !> Consider a uniform rod that lies on the wall on both sides of the clamp, with loads that are the same for all its material
-!> points. It may shift along itself: its free part keeps the shape while other material points come into contact with the wall. At
-!> every load the tangent has this motion as a null vector, and the loads do no work on it. Equilibrium does not determine how far
-!> the rod has rolled, until the clamp is at an end of the contact. The program computes the path in the middle, with equal contact
-!> lengths before and after the clamp. A spring without force makes the tangent regular against rolling, and the rolling motion is
-!> removed from all solutions.
+!> points. Such a rod may shift along itself: its free part keeps the shape while other material points come into contact with the
+!> wall. At every load this motion is a null vector of the tangent, and the loads do no work on it. Equilibrium does not determine
+!> how far the rod has rolled, until the clamp is at an end of the contact. The program computes the path in the middle, with equal
+!> contact lengths before and after the clamp. A spring without force makes the tangent regular against rolling, and the rolling
+!> motion is removed from all solutions.
 !>
 !> EI k^2/2 + n.t (curvature k, force n in the section, unit tangent t) is constant along a rod without forces along it, also
 !> through smooth contacts. At the clamp n.t changes by the clamp's force along the wall, which is zero if all obstacles are
@@ -39,10 +39,9 @@ module rolling_rods
    private
    public :: find_rolling, constrain_rolling, set_rolling, without_rolling, free_clamps
 
-   real(wp), parameter :: smooth = parallel !! [rad], relative: kinks and changes of curvature up to which a rod counts as smooth
+   real(wp), parameter :: smooth = parallel !! largest kink [rad], and largest relative change of curvature, of a smooth rod
 
-   real(wp), parameter :: exactly_parallel = 1.0e-12_wp !! sine of the angle between two directions up to which they count as
-   !! parallel
+   real(wp), parameter :: exactly_parallel = 1.0e-12_wp !! largest sine of the angle between two directions that count as parallel
 
 contains
 
@@ -63,8 +62,8 @@ contains
       if (is_alike_all_along(problem, wall_direction(problem, problem%candidates%obstacle(c)))) problem%rolling = node
    end subroutine find_rolling
 
-   !> True for a single closed rod that is uniform, without kinks, and has the same loads on all its material points. Nodal forces
-   !> on contact nodes are allowed if they act normal to the walls.
+   !> True for a single closed rod that is uniform, has no kinks, and has the same loads on all its material points. Nodal forces on
+   !> contact nodes are allowed if they act normal to the walls.
    pure logical function is_alike_all_along(problem, way) result(alike)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: way(2)              !! unit vector along the walls
@@ -107,7 +106,7 @@ contains
       end associate
    end function is_alike_all_along
 
-   !> Numbers of the nodes that belong to an element; all other nodes are bodies beside the rod that carry obstacles.
+   !> Indices of the nodes that belong to an element; all other nodes are bodies beside the rod that carry obstacles.
    pure function rod_nodes(problem) result(node)
       type(problem_t), intent(in) :: problem
       integer, allocatable :: node(:)
@@ -115,7 +114,7 @@ contains
       node = pack([(n, n=1, size(problem%beside, 2))], any(problem%beside > 0, 1))
    end function rod_nodes
 
-   !> True if all obstacles in contact are parallel to one straight wall, and all line loads act normal to it.
+   !> True if all obstacles in contact are parallel to one straight wall, and all line loads act normal to this wall.
    pure logical function touches_walls_only(problem, wall) result(only)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: wall                 !! index into model%obstacle
@@ -162,9 +161,9 @@ contains
       node = [problem%rolling, pack(of_rod, loaded .and. of_rod /= problem%rolling)]
    end function fixed_contacts
 
-   !> Length of the line contact on one side of a node (a clamp, or a node at which forces act). Negative without a line contact:
-   !> minus the length by which the rod must roll until one begins, where its relative curvature vanishes. Zero if a force-free line
-   !> contact was released there (the reduced problem): the relative curvature is zero then.
+   !> Length of the line contact on one side of a node (a clamp, or a node at which forces act). Without a line contact the result
+   !> is minus the length by which the rod must roll until a line contact begins, where the relative curvature of the rod vanishes.
+   !> It is zero if a line contact without force was released there, because the relative curvature is then zero.
    real(wp) function lying(problem, state, node, side) result(length)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -193,7 +192,8 @@ contains
    end function lying
 
    !> Adds a spring against rolling at the unknown that rolling displaces most. If touchdown points are fixed at their material
-   !> points, this unknown is fixed instead; its force is zero when the touchdown points are at their equilibrium positions.
+   !> points, this unknown is fixed instead of sprung. Its force is zero when the touchdown points are at their equilibrium
+   !> positions.
    subroutine constrain_rolling(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -241,7 +241,7 @@ contains
       end if
       system%roll_by = 0.5_wp * (lies(2, 1) - lies(1, 1))
       system%roll_range = max(minval(lies), 0.0_wp)
-      ! The stiffness of the spring is that of the elements at the node.
+      ! The spring gets the stiffness of the elements at the node.
       system%k%a(1, system%roll_at) = 2.0_wp * system%k%a(1, system%roll_at)
 
    contains

@@ -1,4 +1,4 @@
-!> A number that is a function of the state, linearised at a state (a functional).
+!> Functionals: quantities that are functions of the state, linearised at a state.
 !>
 !> A functional has four uses. Its gradient is the row of a path constraint (set_path_row). Its derivative along the path is the
 !> slope of a test function or a monitor. Its zero is located by an iteration on the bordered system. The solution of the transposed
@@ -22,15 +22,15 @@ module state_functional
    private
    public :: functional_t, inner_place_t, section_place_t, new_functional, new_load_functional
 
-   !> A point inside an element on which a number depends through the displacements and rotation of the element's polynomial.
+   !> A point inside an element on which a functional depends through the displacements and rotation of the element's polynomial.
    type :: inner_place_t
       integer :: element = 0
       real(wp) :: tau = 0.0_wp                   !! place in the element, 0 to 1
-      real(wp) :: weight(3) = 0.0_wp !! derivatives of the number with respect to displacements and rotation of the point, global
-      !! axes
+      real(wp) :: weight(3) = 0.0_wp !! derivatives of the functional with respect to displacements and rotation of the point,
+      !! global axes
    end type inner_place_t
 
-   !> A point inside an element on which a number depends through a section quantity (section_quantities).
+   !> A point inside an element on which a functional depends through a section quantity (section_quantities).
    type :: section_place_t
       integer :: element = 0
       real(wp) :: tau = 0.0_wp                   !! place in the element, 0 to 1
@@ -38,24 +38,24 @@ module state_functional
       integer :: quantity = 0
       real(wp) :: sense(2) = 1.0_wp !! signs of N and M in strain and stress; for a section force the first entry is the sign of N,
       !! Q or M
-      real(wp) :: factor = 1.0_wp                !! derivative of the number with respect to the section quantity
+      real(wp) :: factor = 1.0_wp                !! derivative of the functional with respect to the section quantity
    end type section_place_t
 
-   !> A number that is a function of the state, with its value and derivatives at the state.
+   !> A functional (a quantity that is a function of the state), with its value and derivatives at a state.
    type :: functional_t
-      logical :: estimated = .true. !! false: the number has errors that are not the work of element errors, so that it has no error
-      !! bar
-      real(wp) :: value = 0.0_wp                 !! value of the number at the state
-      real(wp), allocatable :: by_unknown(:)     !! (unknowns) gradient of the number, node axes
-      real(wp) :: by_load = 0.0_wp               !! derivative of the number with respect to the load factor at constant unknowns
-      real(wp) :: defect = 0.0_wp                !! change of the number by the elimination of the elements' internal residuals
-      real(wp), allocatable :: by_force(:) !! (unknowns) derivatives of the number with respect to the residuals of fixed unknowns
-      !! (for reactions); not allocated: zero
-      real(wp), allocatable :: by_element(:, :) !! (6, elements) derivatives of the number with respect to the end forces of each
-      !! element, at constant unknowns and residuals; not allocated: zero
-      type(inner_place_t), allocatable :: inner(:) !! points inside elements on whose displacements the number depends; not
-      !! allocated: none
-      type(section_place_t), allocatable :: section(:) !! sections on which the number depends; not allocated: none
+      logical :: estimated = .true. !! false: element errors do not determine the error of the functional: no error bar
+      real(wp) :: value = 0.0_wp                 !! value of the functional at the state
+      real(wp), allocatable :: by_unknown(:)     !! (unknowns) gradient of the functional, node axes
+      real(wp) :: by_load = 0.0_wp !! derivative of the functional with respect to the load factor at constant unknowns
+      real(wp) :: defect = 0.0_wp                !! change of the functional by the elimination of the elements' internal residuals
+      real(wp), allocatable :: by_force(:) !! (unknowns) derivatives of the functional with respect to the residuals of fixed
+      !! unknowns (for reactions); not allocated: zero
+      real(wp), allocatable :: by_element(:, :) !! (6, elements) derivatives of the functional with respect to the end forces of
+      !! each element, at constant unknowns and residuals; not allocated: zero
+      type(inner_place_t), allocatable :: inner(:) !! points inside elements on whose displacements the functional depends; not
+      !! allocated: there are no such points
+      type(section_place_t), allocatable :: section(:) !! sections on which the functional depends; not allocated: there are no such
+      !! sections
    contains
       procedure :: change
       procedure :: add
@@ -65,21 +65,21 @@ contains
 
    !> A functional with the value and all derivatives zero.
    pure type(functional_t) function new_functional(unknowns) result(number)
-      integer, intent(in) :: unknowns            !! number of unknowns
+      integer, intent(in) :: unknowns            !! count of unknowns
       allocate (number%by_unknown(unknowns), source=0.0_wp)
    end function new_functional
 
    !> The load factor as a functional.
    pure type(functional_t) function new_load_functional(unknowns, load) result(number)
-      integer, intent(in) :: unknowns            !! number of unknowns
+      integer, intent(in) :: unknowns            !! count of unknowns
       real(wp), intent(in) :: load               !! load factor of the state
       number = new_functional(unknowns)
       number%value = load
       number%by_load = 1.0_wp
    end function new_load_functional
 
-   !> Linear change of the number for increments of the unknowns and of the load factor. With system%tangent and 1 as increments it
-   !> is the derivative along the path by the load factor.
+   !> Linear change of the functional for increments of the unknowns and of the load factor. With system%tangent and 1 as increments
+   !> the change is the derivative along the path by the load factor.
    pure real(wp) function change(self, x, y)
       class(functional_t), intent(in) :: self
       real(wp), intent(in) :: x(:)               !! (unknowns) increments, node axes

@@ -16,9 +16,10 @@ module support_check
 
 contains
 
-   !> Message that names a part that can move as a rigid body; '' if there is none. Elements, and parts that share nodes, are taken
-   !> as rigid. Three independent constraints fix one part; parts connected by joints need three times as many as there are parts. A
-   !> part counts as movable if only forces support it, or if its resistance is of second order.
+   !> Message that names a part that can move as a rigid body; '' if no part can. Each element, and each group of elements that
+   !> share nodes, is taken as rigid (a part). Three independent constraints fix one part; parts connected by joints need three
+   !> times as many constraints as there are parts. A part counts as movable if only forces support it, or if its resistance is of
+   !> second order.
    function movable_part(problem, state) result(part)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state       !! state at the start, with its contact set
@@ -85,7 +86,7 @@ contains
          free = gram(k)%of(:, 1)
          call find_dependent_row(gram(k)%of, loose, free)
          if (loose == 0) cycle
-         ! The message names the first node of the part that can move without resistance.
+         ! The message names the first node of the part that can move.
          node = findloc(group(member) == k .and. place(member) == (loose + 2) / 3, .true., 1)
          if (.not. any(problem%model%mesh%node == node)) then
             part = 'node '//to_text(problem%model%mesh%node_label(node))//' belongs to no element and can move or turn without '// &
@@ -147,7 +148,7 @@ contains
       where (abs(share) <= parallel) share = 0.0_wp
       if (abs(share(3)) > 0.0_wp) then
          place = length / share(3) * [-share(2), share(1)]
-         ! Without the sign of a zero.
+         ! Removes the minus sign of a negative zero, which the message would show.
          where (.not. abs(place) > 0.0_wp) place = 0.0_wp
          words = ', turning about '//pair(place(1), place(2))
       else if (.not. abs(share(2)) > 0.0_wp) then
@@ -200,7 +201,7 @@ contains
 
    contains
 
-      !> Merges the groups of some nodes into the group with the lowest number.
+      !> Merges the groups of some nodes into the group with the lowest index.
       subroutine join(nodes)
          integer, intent(in) :: nodes(:)
          integer :: to, j, from
@@ -212,7 +213,7 @@ contains
       end subroutine join
    end subroutine group_parts
 
-   !> Number of the connected part to which each node belongs, from 1.
+   !> Index of the connected part to which each node belongs, from 1.
    function parts(problem) result(member)
       type(problem_t), intent(in) :: problem
       integer, allocatable :: member(:)

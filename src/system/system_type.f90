@@ -1,9 +1,10 @@
 !> Type of the equations linearised with the present contact set.
 !>
-!> Each node has three unknowns, in node axes and in the order of the band. At an active rigid contact the second axis is the normal
-!> of the obstacle, and the second unknown is eliminated. In a contact span the first unknown displaces the node along the track,
-!> and the third unknown is the rotation relative to the track; at nodes that have the direction of the track the third unknown is
-!> eliminated. The border of the band matrix is described in bordered_system.
+!> Each node has three unknowns, in the axes of the node (node axes) and in the order of the band. At an active rigid contact the
+!> second axis is the normal of the obstacle, and the second unknown is eliminated. In a contact span the first unknown displaces
+!> the node along the track, the curve on which the rod's axis lies in contact. The third unknown is the rotation relative to the
+!> track; at nodes that have the direction of the track it is eliminated. The border of the band matrix is described in
+!> bordered_system.
 module system_type
    use kinds, only: wp
    use problem, only: problem_t, carried_unknowns
@@ -24,35 +25,36 @@ module system_type
       type(factor_t) :: factor
       type(active_coupling_t) :: coupling           !! coupled ground, with the excess stiffness that it has in the band matrix
       real(wp), allocatable :: residual(:)      !! (n) internal minus external forces, with the element unknowns eliminated
-      real(wp), allocatable :: raw(:)           !! (n) residual for the stored section forces as they are, see eraw
+      real(wp), allocatable :: raw(:) !! (n) residual from the stored section forces, without elimination of the element unknowns
       real(wp), allocatable :: load(:)          !! (n) minus the derivative of `residual` by the load factor
       logical, allocatable :: fixed(:)          !! (n) true: eliminated by a support, tie or rigid contact
       real(wp), allocatable :: value(:)         !! (n) for a fixed unknown: increment that brings it to its prescribed value
-      real(wp), allocatable :: rate(:)          !! (n) for a fixed unknown: derivative by the load factor
+      real(wp), allocatable :: rate(:)          !! (n) for a fixed unknown: derivative of its prescribed value by the load factor
       real(wp), allocatable :: axis(:, :)       !! (2, nodes) unit vector of the node's first axis
       logical, allocatable :: turned(:)         !! (nodes) true: the axes of the node are not the global axes
       real(wp), allocatable :: roll(:) !! (nodes) rotation that a unit displacement along the first axis causes in addition to the
       !! third unknown: curvature of the track
       real(wp), allocatable :: lean(:) !! (nodes) displacement along the second axis that a unit rotation causes in addition to the
       !! second unknown: at a point contact at a segment boundary the force acts beside the node
-      real(wp), allocatable :: tie_block(:, :, :) !! 3x3 blocks of dT/dq, for tied nodes with the displacements
-      !! u = T(q), see tied_nodes
+      real(wp), allocatable :: tie_block(:, :, :) !! (3, 3, ties) blocks of the derivative dT/dq; u = T(q) are the displacements of
+      !! tied nodes as functions of the unknowns q, see tied_nodes
       real(wp), allocatable :: arm(:, :) !! (2, candidates) vector from the obstacle's pivot to the node; zero if no node carries
       !! the obstacle
-      real(wp), allocatable :: slip_block(:, :, :) !! blocks of the displacements relative to carried obstacles, see
+      real(wp), allocatable :: slip_block(:, :, :) !! (3, 3, ties) blocks of the displacements relative to carried obstacles, see
       !! carried_obstacles
       type(rigidity_t) :: rigidity              !! linear maps of inextensible elements
       real(wp), allocatable :: tangent_stretch(:, :) !! (2, inextensible elements) artificial extension that was corrected in
       !! `tangent`
-      ! Contact; the last or only dimension is the candidate:
+      ! Contact; the last or only dimension is over the candidates:
       real(wp), allocatable :: gap(:), normal(:, :), bend(:)
-      real(wp), allocatable :: opening(:)       !! gap to the surface of coupled ground as it has settled under the other reactions
-      real(wp), allocatable :: motion(:, :)     !! (2, candidates) displacement of the obstacle by the load factor
-      real(wp), allocatable :: closing(:)       !! closing of the gap by the load factor, in addition to `motion`
+      real(wp), allocatable :: opening(:) !! gap to the surface of coupled ground as it has settled under the reactions at other
+      !! candidates
+      real(wp), allocatable :: motion(:, :)     !! (2, candidates) derivative of the obstacle's displacement by the load factor
+      real(wp), allocatable :: closing(:)       !! decrease of the gap by the load factor, in addition to that by `motion`
       integer, allocatable :: unknown(:)        !! eliminated unknown of an active rigid contact; 0: none
       real(wp), allocatable :: slope(:)         !! derivative of the gap by the eliminated unknown
-      integer, allocatable :: partner(:) !! second active rigid contact at the same node in a corner; 0: there is none, or this
-      !! candidate is the second
+      integer, allocatable :: partner(:) !! second active rigid contact at the same node in a corner; 0: the candidate has no
+      !! partner, or is itself the second contact
       logical, allocatable :: soft(:)           !! true: the candidate is on a foundation; false: on a rigid obstacle
       real(wp), allocatable :: spring(:) !! stiffness of the foundation: tangent stiffness if active; on coupled ground the spring
       !! in the band matrix; 0 for a rigid obstacle
@@ -71,8 +73,8 @@ module system_type
       real(wp) :: path_corner = 0.0_wp
       integer :: negative_pivots = 0 !! number of negative pivots of the tangent on the null space of the active constraints,
       !! without those counted by `hinges`
-      integer :: hinges = 0 !! number of negative pivots that do not indicate instability: of clamps that are hinges in the tangent
-      !! (rolling_rods), and of point contacts at which the rod is more curved than the obstacle
+      integer :: hinges = 0 !! number of negative pivots that do not indicate instability. They belong to clamps that are hinges in
+      !! the tangent (rolling_rods), and to point contacts at which the rod is more curved than the obstacle
       ! Rod that may roll along a wall (rolling_rods):
       integer :: roll_at = 0                    !! unknown that has the spring against rolling; 0: none
       real(wp) :: roll_rate = 0.0_wp            !! change of this unknown by the material length rolled
@@ -82,19 +84,19 @@ module system_type
       real(wp) :: roll_range = 0.0_wp           !! material length by which the rod may roll in each direction
       real(wp), allocatable :: rolled(:)        !! (n) rolling motion as it follows from the tangent, by the length rolled
       ! Measures of the residual and of rounding at the state:
-      real(wp) :: force_residual = 0.0_wp       !! residual of forces, computed from the stored section forces, over the force scale
+      real(wp) :: force_residual = 0.0_wp !! residual of forces, computed from the stored section forces, divided by the force scale
       real(wp) :: defect_residual = 0.0_wp !! largest residual inside elements: rotation [rad], position over the structure's size,
       !! force over force_scale
-      real(wp) :: force_scale = 0.0_wp
+      real(wp) :: force_scale = 0.0_wp !! largest force in the structure, to which residuals and reactions are related
       real(wp) :: gap_error = 0.0_wp            !! rounding error of gaps to foundations [length]
-      real(wp) :: gap_noise = 0.0_wp            !! error of forces caused by `gap_error`, over the force scale
+      real(wp) :: gap_noise = 0.0_wp            !! error of forces caused by `gap_error`, divided by the force scale
       real(wp) :: round_off = 0.0_wp            !! rounding error of force_residual that comes from stiff springs and UL2 elements
       logical :: ok = .true.                    !! false: an element or the tangent is singular
    end type system_t
 
 contains
 
-   !> Allocates the data for a problem; further linearisations of this problem use them again.
+   !> Allocates the arrays of the linearised equations of a problem; later linearisations of the same problem reuse these arrays.
    function new_system(problem) result(system)
       type(problem_t), intent(in) :: problem
       type(system_t) :: system

@@ -64,17 +64,17 @@ contains
          if (located_event%event%kind == event_limit .and. run%since_change%shrunk .and. .not. located_event%located) &
             & call take_beginning(step, run, located_event)
       else if (measure%length > 0.0_wp .and. is_arc_length(run%control%method)) then
-         ! The event's fraction of the load and displacement increments equals its fraction of the controlled quantity. The
-         ! controlled quantity changes even if no node moves.
+         ! The event's fraction of the load and displacement increments equals its fraction of the controlled quantity's change,
+         ! which is not zero even if no node moves.
          located_event%fraction = chord_fraction(problem, run, measure, located_event%point%state)
       end if
 
    contains
 
-      !> Locates the point at which the load factor or a monitor has a given value: the value is the constraint of a correction that
-      !> starts from a point interpolated between the ends of the increment. The event is not located if the value cannot be
-      !> prescribed, if it is not monotonic within the increment (two points may then have it), or if the corrected point is not
-      !> between the ends.
+      !> Locates the point at which the load factor or a monitor has a given value. The value is the constraint of a correction that
+      !> starts from a point interpolated between the ends of the increment. The event is not located in three cases: the value
+      !> cannot be prescribed; the quantity is not monotonic within the increment, so that two points may have the value; or the
+      !> corrected point is not between the ends.
       subroutine locate_by_prescribing()
          type(path_point_t) :: here
          real(wp) :: part
@@ -116,8 +116,8 @@ contains
       end subroutine locate_by_function
 
       !> Searches for the event before the last accepted point, on the present mesh. The secant of the event function over the
-      !> increment is extrapolated to its zero, but not beyond the start of the step or branch. If it is not located
-      !> there, nothing changes.
+      !> increment is extrapolated to its zero, but not beyond the start of the step or branch. If the event is not located there,
+      !> nothing changes.
       subroutine look_behind()
          type(located_event_t) :: found
          type(increment_measure_t) :: part
@@ -152,8 +152,8 @@ contains
          located_event = found
       end subroutine look_behind
 
-      !> True if the located state lies on the path between both ends of the increment and, for a limit point, its load is not below
-      !> (maximum) or above (minimum) the loads of both ends.
+      !> True if the located state lies on the path between both ends of the increment. For a limit point, its load must also not be
+      !> below (maximum) or above (minimum) the loads of both ends.
       logical function satisfies_definition() result(right)
          right = run%fresh .or. .not. alike(problem, run%last%state, located_event%point%state)
          if (.not. right) right = lies_between(problem, run%last%state, trial%state, measure%chord, run%last%tangent, &
@@ -176,7 +176,7 @@ contains
    !> transferred to another mesh. The event then lies at that point within its error bar.
    pure logical function passed_by_mesh(run, event) result(passed)
       type(path_state_t), intent(in) :: run
-      type(event_t), intent(in) :: event           !! load rate: event%before is the value on the previous mesh
+      type(event_t), intent(in) :: event !! the event; for a limit point event%before is the load rate on the previous mesh
       real(wp) :: there                            ! sign of the event function behind the event
       passed = event%kind == event_limit .and. event%before * run%last%tangent%load < 0.0_wp
       if (passed) return
@@ -254,8 +254,8 @@ contains
             if (at_nodes .and. located_event%report%converged) call mark_passed_nodes(problem, run%last%state, trial%state, &
                & here, event%marked)
             if (keeps_contact .and. located_event%report%converged) then
-               ! If other candidates violate their sign conditions with the contact set of the first end, the LCP determines the
-               ! set.
+               ! If other candidates violate their sign conditions with the contact set of the first end, the complementarity
+               ! problem (LCP) determines the set.
                if (.not. holds_elsewhere(problem, here%system, event%marked, here%state)) then
                   keeps_contact = .false.
                   cycle search
@@ -328,7 +328,8 @@ contains
       located_event%point = there
    end subroutine meet_value
 
-   !> True if the load of a located limit point is above (maximum) or below (minimum) the loads of both ends of the increment.
+   !> True if the load of a located limit point is above (maximum) or below (minimum) the loads of both ends of the increment, apart
+   !> from the errors of these loads.
    pure logical function is_extreme(step, first, last, located_event) result(right)
       type(step_t), intent(in) :: step
       real(wp), intent(in) :: first, last          !! load factors of the increment's first and second end
@@ -345,13 +346,14 @@ contains
       end associate
    end function is_extreme
 
-   !> Marks also the nodes over which a contact that is gained or lost passes on the increment: they are open at both ends, lie
-   !> beside the marked ones, and are in contact between the ends, or penetrate there if the contact set is kept.
+   !> Extends the marks to the nodes over which a contact that is gained or lost passes within the increment. Such nodes are open at
+   !> both ends of the increment and lie beside marked nodes. Between the ends they are in contact, or penetrate if the contact set
+   !> is kept.
    subroutine mark_passed_nodes(problem, from, to, between, marked)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
       type(path_point_t), intent(in) :: between
-      logical, intent(inout) :: marked(:)        !! (candidates)
+      logical, intent(inout) :: marked(:)        !! (candidates) true: the contact changes; out: the nodes passed are marked, too
       logical :: near(size(marked))
       integer :: c
       near = .not. (from%active .or. to%active .or. problem%candidates%bilateral) .and. (between%state%active .or. &
@@ -371,7 +373,7 @@ contains
       type(state_t), intent(in) :: state
       real(wp) :: least
       least = sign_slack * system%force_scale
-      ! A contact region that is kept closed may have tension at one node and pressure at another. A zero of the sum of these
+      ! A contact region that is kept closed may have tension at one node and pressure at another node. A zero of the sum of these
       ! reactions is not a loss of contact.
       holds = .not. (any(marked .and. state%active .and. state%reaction < -least) .and. &
          & any(marked .and. state%active .and. state%reaction > least))

@@ -1,5 +1,5 @@
-!> Detects and locates the events between the last accepted point and a converged trial. Rejects spurious events, which are
-!> artefacts of rounding or of the mesh, and finds events that need a shorter increment. The relations between the events of one
+!> Detects and locates the events between the last accepted point and a converged trial. Spurious events, which are artefacts of
+!> rounding or of the mesh, are rejected. Events that need a shorter increment are found. The relations between the events of one
 !> increment are determined here, too: duplicates, contact changes beside limit points, and the number of negative pivots before
 !> each event.
 module event_search
@@ -44,11 +44,12 @@ module event_search
 
 contains
 
-   !> Finds all events between the last point and the trial.
+   !> Finds all events between the last accepted point and the trial.
    subroutine find_events(problem, step, run, trial, findings)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run   !! if it is at an unloaded start, the rates there become those of the trial
+      type(path_state_t), intent(inout) :: run !! if the run is at an unloaded start, the rates of load and monitors there are
+      !! replaced by those of the trial
       type(path_point_t), intent(in) :: trial
       type(findings_t), intent(out) :: findings  !! components that this procedure does not set keep their defaults
       type(event_t), allocatable :: events(:)
@@ -68,8 +69,8 @@ contains
    end subroutine find_events
 
    !> Distinguishes limit points from bifurcations at which the load of this path has an extremum (a symmetric pitchfork, followed
-   !> along its branch). The load rate changes its sign at both. The stiffness along the path, t.K t/(t.q)^2 with the path tangent t
-   !> and the load vector q, changes its sign at a limit point only.
+   !> along its branch). At each of them the load rate changes its sign. The stiffness along the path, t.K t/(t.q)^2 with the path
+   !> tangent t and the load vector q, changes its sign at a limit point only.
    subroutine distinguish_crossings(problem, run, trial, events)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -130,8 +131,8 @@ contains
       findings%seen(n + 1:)%fraction = part + (1.0_wp - part) * findings%seen(n + 1:)%fraction
    end subroutine find_hidden_values
 
-   !> Index in findings%seen of the last located limit point or, if there is none, of the point where a branch closes (returns to
-   !> its start), because the load may have an extremum there; 0: neither.
+   !> Index in findings%seen of the last located limit point. Without a limit point it is the index of the point where a branch
+   !> closes (returns to its start), because the load may have an extremum there. 0: there is no such point.
    pure integer function limit_among(findings) result(limit)
       type(findings_t), intent(in) :: findings
       integer :: i
@@ -161,7 +162,8 @@ contains
       call move_alloc(found, seen)
    end subroutine locate_all
 
-   !> Removes events whose value lies between the values at the ends of the whole increment: such events have been detected already.
+   !> Removes events whose value lies between the values at the ends of the whole increment: these events have been detected
+   !> already.
    subroutine drop_known(first, last, events)
       type(test_values_t), intent(in) :: first, last
       type(event_t), allocatable, intent(inout) :: events(:)
@@ -170,9 +172,9 @@ contains
          & events(i)%value) < 0.0_wp, i=1, size(events))])
    end subroutine drop_known
 
-   !> True if a shorter increment may resolve the events of this increment better: an event was not located, an eigenvalue was not
-   !> detected, or at a located event interface points lie inside elements. Prescribed values and turning points that were not
-   !> located do not count.
+   !> True if a shorter increment may resolve the events of this increment better. The reason may be that an event was not located,
+   !> that an eigenvalue was not detected, or that interface points lie inside elements at a located event. Prescribed values and
+   !> turning points that were not located do not count.
    logical function better_from_nearer(problem, run, trial, findings) result(better)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -191,8 +193,8 @@ contains
    end function better_from_nearer
 
    !> True if a shorter increment may locate the event better: interface points of foundations lie inside elements at the event, but
-   !> not at the last accepted point. A point between both can have a mesh with nodes at the interface points. If interface points
-   !> lie inside elements already at the last accepted point, no mesh has nodes there.
+   !> not at the last accepted point. At a point between these two the mesh can have nodes at the interface points. If interface
+   !> points lie inside elements already at the last accepted point, no mesh has nodes there.
    logical function passes_kinks(problem, last, located_event)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: last
@@ -247,14 +249,15 @@ contains
       end associate
    end function turns_by_rounding
 
-   !> Marks a limit point as unsure if the load may turn there by the error of the mesh only, so that a finer mesh is requested or
-   !> the run reports it. This is so if its place on finer elements is farther away than the path since the last contact change;
-   !> for a place ahead, farther than this path plus the way to the trial.
+   !> Marks a limit point as unsure if the load may turn there by the error of the mesh only; a finer mesh is then requested, or the
+   !> run reports it. The limit point is unsure if finer elements place it farther away than the arc length since the last contact
+   !> change. If they place it ahead, the way to the trial is added to this arc length.
    subroutine check_limit_shift(problem, run, trial, located_event)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
-      type(located_event_t), intent(inout) :: located_event !! its error bars are marked as not knowing the sign of the load rate
+      type(located_event_t), intent(inout) :: located_event !! the event; out: its error bars may be marked as unsure about the sign
+      !! of the load rate
       real(wp) :: reach
       if (.not. allocated(located_event%bars) .or. located_event%event%kind /= event_limit) return
       reach = run%arc_length - max(run%left_at, run%since_change%at) + path_length(problem, run%last%state, &
@@ -264,7 +267,7 @@ contains
    end subroutine check_limit_shift
 
    !> Rejects a bifurcation that may be two paths close to each other. A small force along the null vector would separate the paths;
-   !> the points between which the event is interpolated then lie on both.
+   !> the points between which the event is interpolated then lie on both paths.
    pure subroutine check_single_path(located_event)
       type(located_event_t), intent(inout) :: located_event !! located becomes false if the bifurcation is rejected
       if (.not. allocated(located_event%bars) .or. located_event%event%kind /= event_bifurcation) return
@@ -331,7 +334,7 @@ contains
    end function beside
 
    !> True if the load rate changes its sign while the contact set is unchanged and the number of negative pivots changes by an even
-   !> number: a second eigenvalue changes its sign together with that of the limit point and went undetected.
+   !> number. A second eigenvalue has then changed its sign together with the eigenvalue of the limit point, and was not detected.
    pure logical function one_sided(run, trial, seen)
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
@@ -340,7 +343,7 @@ contains
       one_sided = run%last%test_values%load_rate * trial%test_values%load_rate < 0.0_wp .and. &
          & all(run%last%state%active .eqv. trial%state%active) .and. &
          & modulo(trial%test_values%negative_pivots - run%last%test_values%negative_pivots, 2) == 0
-      ! No eigenvalue went undetected if the path meets another one at a located event, or if a bifurcation was located at the same
+      ! No eigenvalue went undetected if the path meets another path at a located event, or if a bifurcation was located at the same
       ! position as the limit point.
       do i = 1, size(seen)
          one_sided = one_sided .and. .not. (seen(i)%event%meets .and. seen(i)%located)

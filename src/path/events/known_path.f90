@@ -1,5 +1,6 @@
-!> Does the path come back to what it has passed? A path that does would be followed twice, or for ever. The procedures differ in
-!> what they compare with which part of the known path, and in what the caller does then:
+!> Detects that a path returns to points that it has passed; it would otherwise be followed twice, or without end. For each
+!> procedure the table names the object that is tested, the known part of the path with which it is compared, and the consequence in
+!> the caller:
 !>
 !>   retraces_path           end of an increment, its tangent     last parts of the path           the increment is rejected
 !>   lies_before_change      equilibrium of another contact set   path up to the last change       the set is rejected
@@ -7,11 +8,12 @@
 !>   is_known_bifurcation    bifurcation or limit point           bifurcations (see below)         the path ends or passes it
 !>   find_known_bifurcation  whole increment                      bifurcations (see below)         the known place is taken
 !>
-!> The first two see the direction of the path: near its last points a path is where it was, so only going back tells. The others
-!> see places only. A path is at a known point if its distance from this point, over the arc length since the point (since the start
-!> of the path for bifurcations), is below the accuracy with which events are located.
+!> The first two procedures compare directions: near its last points a path is close to itself in any case, so that only a reversed
+!> direction shows a return. The other procedures compare positions only. A path is at a known point if its distance from this
+!> point, over the arc length since the point (since the start of the path for bifurcations), is below the accuracy with which
+!> events are located.
 !>
-!> At a bifurcation two paths cross: known are the bifurcations of the parent path, if the run is on a branch, and earlier ones of
+!> At a bifurcation two paths cross. Known bifurcations are those of the parent path, if the run is on a branch, and earlier ones of
 !> the path itself. On one of the two paths the load may have an extremum there, an eigenvalue may reach zero without changing its
 !> sign, and no increment converges close to the bifurcation; but the position of the bifurcation is known from the other path. A
 !> path that returns to one of its own limit points or contact changes is a closed loop or retraces itself.
@@ -34,8 +36,8 @@ module known_path
    private
    public :: retraces_path, lies_before_change, check_closure, is_known_bifurcation, find_known_bifurcation
 
-   real(wp), parameter :: near = 1.0e-4_wp !! largest distance from a known critical point, over the length of the path, at which
-   !! the path counts as returned to that point: the accuracy with which events are located; with values from 1E-5 to 1E-3 every
+   real(wp), parameter :: near = 1.0e-4_wp !! largest distance from a known critical point, divided by the length of the path, at
+   !! which the path has returned to that point: the accuracy with which events are located; with values from 1E-5 to 1E-3 every
    !! deck in input has the same results
 
 contains
@@ -49,7 +51,7 @@ contains
       real(wp) :: rise
       integer :: k
       ! If only the load changes, the displacements of the path tangent are rounding and cannot be compared. The path then goes back
-      ! if the load does: a load that turns hardly changes.
+      ! if the load changes against its rate at the last point: at a limit point the load would hardly change.
       rise = trial%state%load_factor - run%last%state%load_factor
       retraces = stands_still(trial%tangent, rise)
       if (retraces) retraces = rise * run%last%tangent%load < 0.0_wp
@@ -64,7 +66,7 @@ contains
    end function retraces_path
 
    !> True if a contact set is that before the last contact change, and its equilibrium lies on the side of this change from which
-   !> the path came: the path has passed it, because the equilibria of one set form one curve through the change.
+   !> the path came. The path has passed this equilibrium, because the equilibria of one set form one curve through the change.
    logical function lies_before_change(run, problem, state) result(before)
       type(path_state_t), intent(in) :: run
       type(problem_t), intent(in) :: problem     !! with the contact set in question
@@ -109,8 +111,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(state_t), intent(in) :: place
-      character(*), intent(in) :: label !! label of the point: LP, C+ or C-. C+ and C- are not distinguished: a contact that begins
-      !! on the way out ends on the way back
+      character(*), intent(in) :: label !! label of the point: LP, C+ or C-. C+ and C- are not distinguished, because a contact that
+      !! begins on the way out ends on the way back
       type(outcome_t), intent(inout) :: outcome
       real(wp) :: here
       integer :: j
@@ -180,8 +182,8 @@ contains
       end function repeats_home
    end subroutine find_known_bifurcation
 
-   !> True if the path has returned to a bifurcation from which it had started or which it had passed. On a branch this is always
-   !> so; on other paths only if the arc length since the bifurcation is more than twice the distance from it.
+   !> True if the path has returned to a bifurcation from which it had started or which it had passed. On a branch every approach is
+   !> such a return. On other paths the arc length since the bifurcation must be more than twice the distance from it.
    pure logical function has_returned(run, critical_point, distance)
       type(path_state_t), intent(in) :: run
       type(critical_point_t), intent(in) :: critical_point

@@ -8,10 +8,11 @@
 !> h^4, which suggests h = epsilon^(1/5). If several eigenvalues vanish together, their order by value changes at the zero; their
 !> order by magnitude is the same on both sides.
 !>
-!> The present path may be the branch of a symmetric pitchfork and come to its bifurcation, where its own load has an extremum. On
-!> the branch the vanishing eigenvalue touches zero there without changing its sign, so that points near the bifurcation are
-!> inaccurate. The bifurcation is then located on the symmetric path that crosses the branch (locate_on_crossing_path): there the
-!> eigenvalue passes through zero, and the displacements have no component along the null vector.
+!> The present path may be the branch of a symmetric pitchfork that comes to its bifurcation, where the load of the branch has an
+!> extremum. On the branch the vanishing eigenvalue touches zero there without changing its sign, so that points near the
+!> bifurcation are inaccurate. The bifurcation is then located on the symmetric path that crosses the branch
+!> (locate_on_crossing_path). On the symmetric path the eigenvalue passes through zero, and the displacements have no component
+!> along the null vector.
 !>
 !> If the corrector fails for every point inside the increment, the event is placed at an end of the increment.
 module smooth_zero
@@ -77,7 +78,7 @@ contains
          located_event%event%pivots = located_event%point%system%negative_pivots
          ! The event counts as located if the residual of the interpolated state is within tolerance, and the function there is zero
          ! relative to its change over the increment. At the zero of an eigenvalue the test functions of a bifurcation are
-         ! undefined; they are therefore evaluated at the samples.
+         ! undefined; a bifurcation is therefore evaluated at the samples.
          located_event%located = .true.
          if (located_event%event%kind == event_bifurcation) call confirm_bifurcation()
       else if (run%since_change%shrunk) then
@@ -88,7 +89,8 @@ contains
 
    contains
 
-      !> Computes the event's eigenvalue at both ends of the increment, and places the event at the last point if it vanishes there.
+      !> Computes the event's eigenvalue at both ends of the increment. If the eigenvalue vanishes at the last point, the event is
+      !> placed there.
       subroutine bracket_eigenvalue(decided)
          logical, intent(out) :: decided !! true: the event was located, or rejected, at an end of the increment: no zero is
          !! searched for inside
@@ -106,8 +108,9 @@ contains
          end associate
       end subroutine bracket_eigenvalue
 
-      !> Completes the point at the interpolated state, and corrects it if its residual is above tolerance. This happens if
-      !> touchdown points move far between the samples. Bifurcations are not corrected (reason: see the header of this module).
+      !> Completes the point at the interpolated state, and corrects the point if its residual is above tolerance. The residual can
+      !> be so large if touchdown points move far between the samples. Bifurcations are not corrected, see the header of this
+      !> module.
       subroutine bring_to_balance(balanced)
          logical, intent(out) :: balanced
          type(path_tangent_t) :: tangent
@@ -131,9 +134,9 @@ contains
          end associate
       end subroutine bring_to_balance
 
-      !> Checks that an eigenvalue is zero at the interpolated state. Also computes the turn of the path tangent per unit force on
-      !> the null vector, which distinguishes a bifurcation from two paths close to each other. The order of vanishing eigenvalues
-      !> is rounding, so that the smallest eigenvalue is checked.
+      !> Checks that an eigenvalue is zero at the interpolated state. The smallest eigenvalue is checked, because the order of
+      !> vanishing eigenvalues is rounding. The turn of the path tangent per unit force on the null vector is computed, too; it
+      !> distinguishes a bifurcation from two paths close to each other.
       subroutine confirm_bifurcation()
          real(wp) :: f
          f = zero_eigenvalue(problem, located_event%event, located_event%point, search%modes)

@@ -42,22 +42,22 @@ module zero_search
       type(path_point_t) :: here
       real(wp) :: value_here = 0.0_wp
       type(modes_t) :: modes                     !! eigenvalues nearest zero at the point evaluated last; only for a bifurcation
-      logical :: known = .false.                 !! the point evaluated last converged, with the trial's contact set
+      logical :: known = .false.                 !! true: the point evaluated last converged, with the trial's contact set
    end type zero_search_t
 
 contains
 
-   !> Finds the zero of the event function and the state there. Bracketing is tried first, except for bifurcations; if it fails, a
-   !> cubic through samples around the zero is used.
+   !> Finds the zero of the event function and the state there. Bracketing is tried first, except for bifurcations. If bracketing
+   !> fails, a cubic through samples around the zero is used.
    subroutine find_zero(problem, step, run, trial, measure, search, located_event, found)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
       type(increment_measure_t), intent(inout) :: measure
-      type(zero_search_t), intent(inout) :: search !! in: its bracket is given
-      type(located_event_t), intent(inout) :: located_event !! out: point and fraction are set, also if the zero was not located to
-      !! the tolerance; its report is that of the point corrected last
+      type(zero_search_t), intent(inout) :: search !! the search, with its bracket
+      type(located_event_t), intent(inout) :: located_event !! out: point and fraction are set, even if the zero was not located to
+      !! the tolerance; the report is that of the last correction
       logical, intent(out) :: found                         !! true: the zero was located to the tolerance
       type(bracket_t) :: whole
       whole = search%bracket
@@ -144,8 +144,8 @@ contains
          if (located_event%event%kind == event_bifurcation) call follow_through_zero(modes, located_event%event, search%value)
       end subroutine take_samples
 
-      !> Computes a point of the increment and the event function there. search%known becomes false if the corrector fails or the
-      !> contact set differs from that of the trial.
+      !> Computes a point of the increment and the event function there. search%known becomes false if the corrector fails, or if
+      !> the contact set of the point differs from the contact set of the trial.
       subroutine evaluate_at(fraction, near)
          real(wp), value :: fraction !! fraction of the increment, 0 to 1. Passed by value, because the actual argument may be a
          !! component of `search`
@@ -163,8 +163,8 @@ contains
       end subroutine evaluate_at
    end subroutine find_zero
 
-   !> Positions of the four samples: two on each side of the centre. If the centre is next to an end of the increment, all four are
-   !> on the other side, at a distance from the zero.
+   !> Positions of the four samples: two on each side of the centre. If the centre is next to an end of the increment, all four
+   !> samples lie on the other side of the centre, inside the increment.
    pure function sample_places(centre) result(at)
       real(wp), intent(in) :: centre             !! best estimate of the zero, as a fraction of the increment
       real(wp) :: at(n_samples)
@@ -177,8 +177,8 @@ contains
    pure logical function jumps(value)
       real(wp), intent(in) :: value(n_samples)  !! function at two samples on each side of the zero
       real(wp), parameter :: times = 4.0_wp !! change between the two inner samples over the sum of both outer changes (1 for a
-      !! smooth function), above which the function jumps; with values up to 40 every deck in input has the same results; at 0.4 six
-      !! have others
+      !! smooth function), above which the function jumps; with values up to 40 every deck in input has the same results; with 0.4
+      !! six decks have other results
       jumps = value(2) * value(3) < 0.0_wp .and. abs(value(3) - value(2)) > times * (abs(value(2) - value(1)) + &
          & abs(value(4) - value(3)))
    end function jumps
@@ -195,7 +195,7 @@ contains
       if (turn > 0.0_wp) turn = 1.0_wp / turn
    end function tangent_turn_per_force
 
-   !> Eigenvalue that changes its sign at the event, evaluated at a point near the event. For a detachment it is an eigenvalue of
+   !> Eigenvalue that changes its sign at the event, evaluated at a point near the event. For a detachment the eigenvalue belongs to
    !> the structure without its force-free line contacts.
    real(wp) function zero_eigenvalue(problem, event, point, found) result(mu)
       type(problem_t), intent(in) :: problem

@@ -1,8 +1,9 @@
 !> Branches of a step, each followed from the bifurcation where it leaves its parent path to its own end.
 !>
-!> The first point of a branch: the predictor moves the state along the null vector. The corrector stays in a plane whose normal is
-!> the null vector without its component along the known path, so that it cannot return to that path. The first distance is halved
-!> until the tangent of the new path hardly turns over this distance, and the load of the new path has no extremum within it.
+!> The first point of a branch is found as follows. The predictor moves the state along the null vector. The corrector stays in a
+!> plane whose normal is the null vector without its component along the known path, so that the corrector cannot return to that
+!> path. The first distance is halved until the tangent of the new path hardly turns over this distance, and the load of the new
+!> path has no extremum within it.
 module branches
    use kinds, only: wp
    use text, only: to_text
@@ -37,7 +38,7 @@ module branches
 
    integer, parameter :: max_tries = 12
    real(wp), parameter :: straight = 0.3_wp !! largest correction as a part of the distance; with values up to 3 every deck in input
-   !! has the same results; at 0.03 three have others
+   !! has the same results; with 0.03 three decks have other results
 
 contains
 
@@ -97,7 +98,7 @@ contains
       integer, intent(in) :: b                       !! index of the branch in the step
       type(critical_points_t), intent(in), target :: home  !! critical points of the parent path
       type(branch_start_t), intent(inout) :: start
-      integer, intent(in) :: number                  !! number of the branch in the results
+      integer, intent(in) :: number                  !! index of the branch in the results
       type(archive_t), intent(inout), target :: frame
       type(saved_run_t), intent(inout) :: saved    !! restart; on_branch: the restart continues this branch
       type(critical_points_t), intent(inout), target :: found !! critical points of the branch
@@ -213,8 +214,8 @@ contains
 
    contains
 
-      !> Appends the reason why a branch ended to the notes, so that the other branches are followed. The run itself ends after a
-      !> signal or at a time limit.
+      !> Appends the reason why a branch ended to outcome%trouble, so that the other branches are followed. The run itself ends only
+      !> after a signal or at a time limit.
       subroutine note_end()
          if (.not. allocated(outcome%why) .or. outcome%ended) return
          call note_trouble(outcome, called//': '//outcome%why)
@@ -232,7 +233,7 @@ contains
       as_branch%max_points = step%branch(b)%max_points
    end function followed_as_branch
 
-   !> Moves the path state to the first point of the other path.
+   !> Moves the path state to the first point of the path that crosses the known path at a bifurcation.
    subroutine switch_branch(problem, step, critical_point, mode, side, distance, run, report)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -316,8 +317,8 @@ contains
          transverse_distance = sqrt(metric(problem, correction, correction))
       end function transverse_distance
 
-      !> Rejects a first point in which a free span penetrates an obstacle. This happens if the first contact of the new path lies
-      !> within the distance.
+      !> Rejects a first point in which a free span penetrates an obstacle. A penetration means that the first contact of the new
+      !> path lies within the distance.
       subroutine check_penetration()
          type(span_test_t), allocatable :: tests(:)
          if (.not. problem%has_spans()) return
@@ -373,7 +374,7 @@ contains
       type(critical_point_t), intent(in) :: critical_point
       type(path_point_t), intent(in) :: first    !! first point of the branch
       real(wp), intent(in) :: distance           !! arc length from the critical point to `first`
-      type(path_state_t), intent(inout) :: run   !! in: its last accepted point is the critical point
+      type(path_state_t), intent(inout) :: run   !! state of the run; in: its last accepted point is the critical point
       real(wp) :: change(size(problem%model%monitor))
       run%control = critical_point%control
       run%control%method = step%method

@@ -2,8 +2,8 @@
 !>
 !> Near a limit point the equilibria for all values of the parameter form a surface with two coordinates: the arc length a from the
 !> last limit point along its path tangent, and the parameter p. (The corrector finds the equilibrium for any a and p.) The limit
-!> points are the zeros of h(a, p), the load rate along the path. They form a curve in the plane (a, p). It is followed by steps
-!> along the curve and a search normal to each step, so that it may turn back in the parameter.
+!> points are the zeros of h(a, p), the load rate along the path. These zeros form a curve in the plane (a, p). The curve is
+!> followed by steps along it and a search normal to each step, so that it may turn back in the parameter.
 module limit_curves
    use problem, only: copy_problem
    use kinds, only: wp

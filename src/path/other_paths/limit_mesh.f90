@@ -80,7 +80,7 @@ contains
       end do
    end subroutine refine_limit_point
 
-   !> Transfers the follower to another mesh; its state there is not yet in equilibrium.
+   !> Transfers the last limit point (follower_t) to another mesh; its state there is not yet in equilibrium.
    subroutine take_mesh(follower, demand)
       type(follower_t), intent(inout) :: follower
       type(mesh_density_t), intent(in) :: demand(:)
@@ -99,8 +99,8 @@ contains
       call copy_follower(next, follower)
    end subroutine take_mesh
 
-   !> Transfers a limit point to a mesh with nodes at the present ends of foundation contact, unless its mesh already has these
-   !> nodes and is fine enough beside them.
+   !> Transfers a limit point to a mesh with nodes at the present ends of foundation contact. The present mesh is kept if it has
+   !> these nodes and is fine enough beside them.
    subroutine renew_marks(base, problem, state, direction, ok)
       type(problem_t), intent(inout) :: base     !! the problem with the value of the parameter from the deck
       type(problem_t), intent(inout) :: problem
@@ -178,7 +178,7 @@ contains
 
    contains
 
-      !> Makes contact at the nodes instead of contact spans.
+      !> Makes the obstacle of the curve rigid, with contact at nodes.
       subroutine use_contact_at_nodes()
          type(problem_t) :: next
          next = rigid_problem(problem, curve)

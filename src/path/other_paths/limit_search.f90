@@ -21,9 +21,9 @@ module limit_search
    !! 20 to 80 every deck in input has the same results
    real(wp), parameter :: first_move = 0.01_wp !! first step of a search, in units of the two coordinates (arc length a, parameter)
    real(wp), parameter :: longest_move = 3.0_wp !! longest step of a search, in units of the two coordinates; with values up to 30
-   !! every deck in input has the same results; at 0.3 one has others
-   real(wp), parameter :: narrow = 1.0e-10_wp !! points closer than this, in units of the two coordinates, count as the same point;
-   !! with values from 1E-11 to 1E-9 every deck in input has the same results
+   !! every deck in input has the same results; with 0.3 one deck has other results
+   real(wp), parameter :: narrow = 1.0e-10_wp !! distance, in units of the two coordinates, below which two points count as the same
+   !! point; with values from 1E-11 to 1E-9 every deck in input has the same results
    real(wp), parameter :: small_drop = 0.01_wp !! relative decrease of the load over one unit of arc length, measured from the limit
    !! point
 
@@ -34,13 +34,13 @@ module limit_search
       type(limit_curve_t) :: curve
       type(state_t) :: state                     !! state at the last limit point
       type(system_t) :: system                   !! storage for the assembled equations
-      type(control_t) :: control                     !! its tangent is the path tangent at the last limit point
+      type(control_t) :: control !! control of the corrector; its tangent is the path tangent at the last limit point
       real(wp) :: coordinate = 0.0_wp                !! coordinate of the curve: the parameter, or its decimal logarithm
       real(wp) :: unit(2) = 1.0_wp                   !! units of the arc length a and of the coordinate
       real(wp) :: rate_scale = 1.0_wp                !! reference value of the load rate h
    end type follower_t
 
-   !> Progress of a run along a limit curve between two limit points, with all data on which the next limit point depends.
+   !> Progress of a run along a limit curve between two limit points. It contains all data on which the next limit point depends.
    type :: curve_trace_t
       type(follower_t) :: follower
       integer :: number = 0                      !! index of the curve in its step
@@ -65,7 +65,8 @@ module limit_search
 
 contains
 
-   !> Assignment of a follower as a procedure, because the compiler would expand the copies of all components at each assignment.
+   !> Copies a follower_t. The copy is a procedure, because the compiler would otherwise write out the copies of all components at
+   !> each assignment.
    pure subroutine copy_follower(from, to)
       type(follower_t), intent(in) :: from
       type(follower_t), intent(inout) :: to

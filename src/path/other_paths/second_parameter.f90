@@ -73,7 +73,8 @@ contains
       type(limit_curve_t), intent(in) :: curve
       real(wp), intent(in) :: value
       integer, intent(in) :: imperfection       !! index of the imperfection that is varied
-      type(model_t), intent(in), optional :: deck !! the deck's model with this value; present if `model` is that of another mesh
+      type(model_t), intent(in), optional :: deck !! the deck's model with this value; present if `model` is the model on another
+      !! mesh
       integer :: i
       select case (curve%parameter)
       case (parameter_modulus)
@@ -110,7 +111,7 @@ contains
    !> Makes a mesh for a changed deck, with the contact spans of `base`.
    subroutine lay_spans_again(base, problem)
       type(problem_t), intent(in) :: base
-      type(problem_t), intent(inout) :: problem !! in: its deck and layout are already changed; out: also its mesh
+      type(problem_t), intent(inout) :: problem !! the problem; in: its deck and layout are already changed; out: also its mesh
       call place_spans(new_problem(problem%deck), problem)
       problem = same_spans(problem, base)
       problem%weight = base%weight
@@ -137,7 +138,7 @@ contains
       carried = state
       carried%geometry = new_geometry(to%model)
       if (to%moves_nodes()) then
-         ! The nodes are moved along the rod to the same material points as in the former state.
+         ! The nodes are moved along the rod to the material points at which they were in the former state.
          do node = 1, to%model%mesh%n_nodes
             e = from%beside(1, node)
             shifts(node) = 0.0_wp
@@ -161,7 +162,7 @@ contains
 
    contains
 
-      !> Replaces foundation contact inside elements by contact at those nodes at which the foundation exerts pressure.
+      !> Replaces foundation contact inside elements by contact at nodes: those at which the foundation exerts pressure.
       subroutine touch_nodes()
          integer :: k, place
          real(wp) :: share(from%ground%chain%n)

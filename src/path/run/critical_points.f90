@@ -1,6 +1,6 @@
-!> Critical points of one path. Branches and limit curves start from them, and a path is compared with them to detect that it
-!> closes. They are kept until the step ends. Path states contain a pointer to the list, so that copies made for trial increments
-!> share it.
+!> Critical points of one path. Branches and limit curves start from these points, and a path that returns to one of them is closed.
+!> The list is kept until the step ends. Path states contain a pointer to the list, so that copies made for trial increments share
+!> it.
 module critical_points
    use kinds, only: wp
    use problem, only: problem_t
@@ -24,7 +24,7 @@ module critical_points
       character(2) :: label = ''                 !! '': a contact change without label
       type(problem_t) :: problem                 !! problem with the mesh on which the point was found
       type(state_t) :: state
-      integer :: point = 0                       !! number of the point's row in the results of its path, from 1
+      integer :: point = 0                       !! row of the point in the results of its path, from 1
       integer :: pivots = 0                      !! number of negative pivots before the point
       integer :: multiplicity = 0                !! BP: number of null vectors
       integer :: opens = 0 !! BP: 1 (or -1) if only the side along (or against) the null vector opens contacts; 0: both sides exist
@@ -49,8 +49,8 @@ module critical_points
 
 contains
 
-   !> Assignment of a critical point as a procedure, because the compiler would expand the copies of all components at each
-   !> assignment.
+   !> Copies a critical point. The copy is a procedure, because the compiler would otherwise write out the copies of all components
+   !> at each assignment.
    pure subroutine copy_critical_point(from, to)
       type(critical_point_t), intent(in) :: from
       type(critical_point_t), intent(inout) :: to

@@ -47,11 +47,11 @@ contains
    subroutine bars_at_event(problem, step, run, trial, event, point, bars, keeps_mesh)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run   !! its stored enriched problem is used again and updated
+      type(path_state_t), intent(inout) :: run   !! state of the run; its stored enriched problem is used again and updated
       type(path_point_t), intent(in) :: trial
       type(event_t), intent(in) :: event
       type(path_point_t), intent(in) :: point    !! the located event as a point of the path
-      type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck requests none
+      type(error_bars_t), allocatable, intent(out) :: bars !! error bars; not allocated: the deck requests no error bars
       logical, intent(in), optional :: keeps_mesh !! true: the mesh is not refined because of these bars
       type(zero_t) :: zero
       type(error_bars_t) :: of_rate              ! error bars of the zero of the load rate
@@ -65,7 +65,8 @@ contains
       else if (is_at_mesh_nodes(problem, event)) then
          bars = no_error_bars(size(problem%model%monitor), at_nodes)
       else if (event%jumps) then
-         ! At this event the free spans buckle: it is the point where the line contact vanishes, at the load of `point`.
+         ! An eigenvalue jumps from one sign to the other where the line contact vanishes, so that the free spans buckle there. The
+         ! event is at this place, at the load of `point`.
          call point_errors(problem, run%mesh%enriched, point%state, point%system, control_t(method=method_linearised), &
             & point%tangent, bars, places=.true., keeps_mesh=keeps_mesh)
          ! The numbers of negative pivots before and behind the event depend on the mesh and are not compared. Only the sign of the
@@ -84,7 +85,7 @@ contains
          call new_zero(problem, event, point%state, point%system, zero)
          call errors_at_zero(bars)
          ! On a stiff foundation a coarse mesh given by the deck causes small contact changes that finer meshes do not have. Such a
-         ! change has no bar.
+         ! change has no error bar.
          if (event%kind == event_contact .and. bars%load%estimated .and. .not. bars%load%bounded .and. &
             & .not. any(problem%layout%rod_segment%placed)) bars = no_error_bars(size(problem%model%monitor), waves)
       end if
@@ -99,8 +100,8 @@ contains
             & run%last%state, trial%state), trial%state%load_factor - run%last%state%load_factor, bars, keeps_mesh)
       end subroutine errors_at_zero
 
-      !> Bars of a bifurcation at which the load of this path has an extremum. They are computed on the path that crosses there,
-      !> along which an eigenvalue passes through zero.
+      !> Computes the error bars of a bifurcation at which the load of this path has an extremum. They are computed on the path that
+      !> crosses there, because an eigenvalue passes through zero along that path.
       subroutine bars_on_crossing_path()
          type(event_t) :: one
          one = event
@@ -134,7 +135,7 @@ contains
          call new_zero(free, one, released, loose, zero)
          call event_errors(free, finer, released, loose, zero, on, path_length(problem, run%last%state, trial%state), &
             & trial%state%load_factor - run%last%state%load_factor, bars)
-         ! If the mesh may be made anew, unbounded bars are kept, too, because they lead to a finer mesh.
+         ! If the program may make another mesh, bars without bounds are kept, too, because they lead to a finer mesh.
          if (any(problem%layout%rod_segment%placed)) return
          if (bars%why /= '' .or. .not. (bars%load%estimated .and. bars%load%bounded)) &
             & bars = no_error_bars(size(problem%model%monitor), hidden)
@@ -146,18 +147,19 @@ contains
    subroutine bars_at_point(problem, step, run, point, label, finished, test, bars, wanted, changing, keeps_mesh, ahead)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run !! its last point is the previous point of the path; its stored enriched problem is
-      !! used again and updated
+      type(path_state_t), intent(inout) :: run !! state of the run; its last point is the previous point of the path, and its stored
+      !! enriched problem is used again and updated
       type(path_point_t), intent(in) :: point
       character(*), intent(in) :: label !! label of the point; points with label C+ or C- are listed in the table of critical points
       logical, intent(in) :: finished            !! true: the point is the end of the step
       integer, intent(in) :: test                !! index of the vanishing test in run_span_tests; 0: none
-      type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck requests none
+      type(error_bars_t), allocatable, intent(out) :: bars !! error bars; not allocated: the deck requests no error bars at this
+      !! point
       logical, intent(in), optional :: wanted    !! true: bars are computed at every point
       logical, intent(in), optional :: changing(:) !! (candidates) true: contact at the node begins or ends at `point`
       logical, intent(in), optional :: keeps_mesh !! true: the mesh is not refined because of these bars
-      type(state_t), intent(in), optional :: ahead !! equilibrium ahead, if the vanishing test is zero at the run's point itself:
-      !! the increment to it measures the path there
+      type(state_t), intent(in), optional :: ahead !! a later equilibrium, present if the vanishing test is zero at the run's last
+      !! point itself. The increment to this equilibrium gives arc length and load change of the path
       type(zero_t) :: zero
       type(state_t) :: to                        ! end of the increment that contains the zero
       logical :: everywhere, has_zero
@@ -191,7 +193,7 @@ contains
       call timing_stop(phase_accuracy)
    end subroutine bars_at_point
 
-   !> Scale of forces on the way from the run's last point to another point.
+   !> Scale of forces between the run's last point and another point: the larger of the scales at the two points.
    pure real(wp) function scale_on_the_way(run, point) result(scale)
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: point    !! system factored
@@ -228,8 +230,8 @@ contains
    end function only_stops
 
    !> Computes the error bars of a point at which contact begins. The gap inside a free span is only as accurate as the polynomials
-   !> of the elements. The force of the new contact is zero at the same load and depends on nodal values only; therefore the bars
-   !> are those of the zero of this force.
+   !> of the elements. The force of the new contact is zero at the same load and depends on nodal values only. The error bars are
+   !> therefore computed for the zero of this force.
    subroutine bars_at_contact_start(problem, step, run, point, begun, touched, newest, bars)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -309,7 +311,7 @@ contains
 
    !> Stores the largest absolute load factor of a step, to which relative error bars are related.
    pure subroutine note_load(step, load_factor, accuracy)
-      integer, intent(in) :: step                !! number of the step
+      integer, intent(in) :: step                !! index of the step
       real(wp), intent(in) :: load_factor        !! load factor of a point
       type(accuracy_t), intent(inout) :: accuracy
       if (step /= accuracy%load_step) accuracy%load = 0.0_wp
@@ -359,7 +361,7 @@ contains
    subroutine note_ratio(bar, size, what, at, widest, accuracy)
       type(error_bar_t), intent(in) :: bar
       real(wp), intent(in) :: size               !! reference value to which the bar is related, > 0
-      character(*), intent(in) :: what           !! words for the number, to which the message appends its bar
+      character(*), intent(in) :: what           !! words for the quantity; the message appends its bar
       type(place_t), intent(in) :: at
       real(wp), intent(in) :: widest
       type(accuracy_t), intent(inout) :: accuracy
@@ -370,7 +372,7 @@ contains
 
    !> Message for a mesh given by the deck that is too coarse.
    pure function coarse_words(what, allowed) result(words)
-      character(*), intent(in) :: what           !! words for the number with its bar
+      character(*), intent(in) :: what           !! words for the quantity with its bar
       character(*), intent(in) :: allowed
       character(:), allocatable :: words
       words = 'the mesh is too coarse for what was asked: '//what//', and WIDEST on *ACCURACY allows '//allowed// &
@@ -378,8 +380,8 @@ contains
    end function coarse_words
 
    !> Stores the largest relative bar of a critical load, and one message if an error bar of this point is unknown or wider than the
-   !> deck allows. On a mesh made for a tolerance all points are checked, on a mesh given by the deck only points with a label; in
-   !> both cases only the numbers to which the deck applies the tolerance.
+   !> deck allows. On a mesh made for a tolerance all points are checked, on a mesh given by the deck only points with a label. On
+   !> both meshes only the numbers to which the deck applies the tolerance are checked.
    !>
    !> At the end of a step the load factor is usually prescribed by the deck: only the monitors can show there that the mesh is too
    !> coarse.
@@ -471,7 +473,7 @@ contains
 
    !> Message about a number whose error has no bound.
    pure function unbounded_words(what, bar) result(words)
-      character(*), intent(in) :: what           !! words for the number
+      character(*), intent(in) :: what           !! words for the quantity
       type(error_bar_t), intent(in) :: bar
       character(:), allocatable :: words
       words = 'the error of '//what//' is not known: '//bar_text(bar)//', and no bound; give more elements or a higher order'

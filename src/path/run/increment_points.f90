@@ -13,11 +13,12 @@ module increment_points
    private
    public :: increment_measure_t, new_measure, point_within, chord_fraction, part_of_increment
 
-   !> Measure of an increment: the constraint and scales by which its fractions are told.
+   !> How fractions of an increment are measured: the constraint of points inside the increment, and scales.
    type :: increment_measure_t
       type(control_t) :: control                 !! constraint of points inside the increment
       real(wp) :: whole = 0.0_wp !! change of the controlled quantity over the whole increment, in the quantity's units
-      real(wp) :: slopes(2) = 1.0_wp !! derivatives of the controlled quantity by the fraction at both ends, divided by their mean
+      real(wp) :: slopes(2) = 1.0_wp !! derivatives of the controlled quantity by the fraction at both ends, divided by the mean
+      !! derivative over the increment
       logical :: smooth = .false.               !! true: no contact change inside the increment, and no node moves along its rod
       real(wp), allocatable :: chord(:, :) !! (3, nodes) difference of the displacements at both ends, for the same material points
       real(wp) :: length = 0.0_wp               !! length of the chord in the path metric
@@ -25,10 +26,10 @@ module increment_points
 
 contains
 
-   !> Chooses the constraint for points inside an increment. Under load or displacement control it is the controlled quantity.
-   !> Inside an arc-length increment the load factor is prescribed if it changes monotonically: such points are not affected by
-   !> rounding transverse to the path, which is large in structures that hardly move before they buckle. Otherwise the points lie in
-   !> planes normal to the chord of the increment.
+   !> Chooses the constraint for points inside an increment. Under load or displacement control the constraint prescribes the
+   !> controlled quantity. Inside an arc-length increment it prescribes the load factor if this changes monotonically: such points
+   !> are not affected by rounding transverse to the path, which is large in structures that hardly move before they buckle.
+   !> Otherwise the points lie in planes normal to the chord of the increment.
    type(increment_measure_t) function new_measure(problem, run, trial, steady_load) result(measure)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -67,8 +68,8 @@ contains
       end associate
    end function new_measure
 
-   !> Corrects the point at a fraction of the increment. If both ends have the same contact set, the predictor is `near` or
-   !> interpolated between the ends. Otherwise the corrector starts from the first end.
+   !> Corrects the point at a fraction of the increment. If both ends of the increment have the same contact set, the predictor is
+   !> `near` or a point interpolated between the ends. Otherwise the corrector starts from the first end.
    subroutine point_within(problem, run, trial, measure, fraction, from_start, keep_contact, here, report, near)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -76,8 +77,8 @@ contains
       type(increment_measure_t), intent(inout) :: measure
       real(wp), intent(in) :: fraction             !! fraction of the increment, 0 to 1
       logical, intent(in) :: from_start !! true: the corrector starts from the first end even if interpolation is possible
-      logical, intent(in) :: keep_contact !! true: the contact set of the first end is kept, whatever the signs of gaps and
-      !! reactions
+      logical, intent(in) :: keep_contact !! true: the contact set of the first end is kept, even if gaps or reactions have the
+      !! wrong sign
       type(path_point_t), intent(out) :: here      !! undefined unless report%converged
       type(increment_t), intent(out) :: report
       type(path_point_t), intent(in), optional :: near !! known point of the increment, used as predictor
@@ -92,8 +93,8 @@ contains
          here%system = run%last%system
          call correct(problem, run%last%state, measure%control, .false., here%state, here%system, report, exact=0.0_wp)
       else if (size(problem%mark) > 0 .and. is_stress_free(run%last%state)) then
-         ! At a stress-free start the end of contact with a foundation is undefined: the point is then found from the other end, by
-         ! an increment backwards.
+         ! At a stress-free start the end of contact with a foundation is undefined. The point is then found from the other end of
+         ! the increment, by an increment backwards.
          measure%control%increment = measure%control%increment - measure%whole
          call advance(problem, trial, measure%control, here, report, keep_contact)
       else
@@ -104,8 +105,8 @@ contains
       call evaluate_tests(problem, here)
    end subroutine point_within
 
-   !> Position of a state within the increment, 0 to 1: its projection onto the chord between the ends, limited to this range. It
-   !> orders events that were located by different methods.
+   !> Position of a state within the increment, from 0 to 1: the projection of the state onto the chord between the ends. Events
+   !> that were located by different methods are ordered by this position.
    pure real(wp) function chord_fraction(problem, run, measure, place) result(fraction)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -114,8 +115,8 @@ contains
       fraction = min(max(metric(problem, measure%chord, chord_between(problem, run%last%state, place)) / &
          & measure%length**2, 0.0_wp), 1.0_wp)
    end function chord_fraction
-   !> Fraction of an increment at a state inside it: of its load change if new_measure chose the load, else of its chord, onto which
-   !> the state is projected.
+   !> Fraction of an increment at a state inside the increment. The fraction is that of the load change if new_measure chose the
+   !> load as constraint, else that of the chord, onto which the state is projected.
    pure real(wp) function part_of_increment(problem, run, trial, measure, place) result(fraction)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run

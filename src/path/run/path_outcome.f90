@@ -28,7 +28,7 @@ contains
 
    !> True if a signal or a time limit requires the run to end. The increment in progress is then dropped.
    logical function must_end(outcome)
-      type(outcome_t), intent(inout) :: outcome  !! out: its reason is set if the run must end
+      type(outcome_t), intent(inout) :: outcome  !! result of the run; out: its reason is set if the run must end
       character(:), allocatable :: why
       why = reason_to_end()
       must_end = why /= ''

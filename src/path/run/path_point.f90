@@ -1,8 +1,8 @@
 !> A point of the path: an equilibrium with its factored equations, its path tangent and its test values.
 !>
-!> The corrector makes a point, or point_at where a state is known without it; later procedures only read it. Procedures that need
-!> the factored equations (tangents, modes, error bars, the next increment) take them from the point, so that none has to restore
-!> them for its caller.
+!> The corrector makes a point; if a state is known without the corrector, point_at makes it. Later procedures only read the point.
+!> Procedures that need the factored equations (tangents, modes, error bars, the next increment) take them from the point, so that
+!> no procedure has to restore them for its caller.
 module path_point
    use problem, only: problem_t
    use rod_state, only: state_t
@@ -20,7 +20,7 @@ module path_point
    public :: path_point_t, point_at, move_to, renew, advance, evaluate_tests, evaluate_span_tests, span_tests_at
 
    !> Tangent and test values of a trial point are set as soon as the direction of travel is known (path_state). The tests of
-   !> contact spans at the end of an increment are also those at the start of the next one.
+   !> contact spans at the end of an increment are used again at the start of the next one.
    type :: path_point_t
       type(state_t) :: state
       type(system_t) :: system                   !! assembled and factored at `state`
@@ -65,7 +65,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(path_point_t), intent(in) :: from
       type(control_t), intent(in) :: control
-      type(path_point_t), intent(out) :: to      !! its state and system are set
+      type(path_point_t), intent(out) :: to      !! the new point; its state and system are set
       type(increment_t), intent(out) :: report
       logical, intent(in), optional :: keep_contact !! true: contact set of `from`, for any signs of gaps and reactions
       to%system = from%system

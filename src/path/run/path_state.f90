@@ -62,14 +62,14 @@ module path_state
       real(wp), allocatable :: ahead(:)          !! derivatives at the trial point
       integer :: closer = 0 !! number of times that the increment from the last accepted point was shortened to obtain these
       !! derivatives
-      logical :: rough = .false. !! true: a shortening is still required after several: the tests are not smooth along the path
+      logical :: rough = .false. !! true: several shortenings were not enough, because the tests are not smooth along the path
    end type slopes_t
 
    !> Effects of the last contact change on the following points.
    type :: since_change_t
       logical :: shrunk = .false. !! true: a line contact has just become a point contact, and the stored test values are still
-      !! those of the line contact. An eigenvalue may have changed its sign there; smooth_zero finds it. Set by
-      !! continuing_with_set; valid until the next point (event_recording)
+      !! those of the line contact. An eigenvalue may have changed its sign at this change; smooth_zero finds it. The flag is set by
+      !! continuing_with_set and valid until the next point (event_recording)
       real(wp) :: at = 0.0_wp                    !! arc length at the last contact change
    end type since_change_t
 
@@ -90,21 +90,23 @@ module path_state
       integer :: element = 0                     !! element in which the contact begins; 0: none
    end type onset_t
 
-   !> State of a run along a path. One type contains all of it, so that the procedures of the path loop have short argument lists.
+   !> State of a run along a path. One type contains all data of this state, so that the procedures of the path loop have short
+   !> argument lists.
    type :: path_state_t
       type(path_point_t) :: last                 !! the last accepted point
       type(control_t) :: control                 !! constraint of the next increment
       real(wp) :: arc_length = 0.0_wp            !! arc length since the start of the run
-      integer :: branch = 0                      !! number of the present branch in the result file; 0: the path of the steps
+      integer :: branch = 0 !! index of the present branch in the result file; 0: the run is on the path of the steps
       integer :: points = 0                      !! points recorded so far, in all steps
       real(wp) :: recorded_load = 0.0_wp !! load factor of the point recorded last; after a remeshing last%state may have another
       !! load factor
       integer :: step_points = 0                 !! points accepted in this step
-      integer :: spans_begun = 0 !! number of contact spans that have begun so far, and identity number of the newest
+      integer :: spans_begun = 0 !! number of contact spans that have begun so far; it is also the identity number of the newest
+      !! contact span
       type(onset_t) :: onset                     !! point contact that begins at the next point
       logical :: on_bifurcation = .false. !! true: the last point is a recorded bifurcation, and the signs of its vanishing pivots
       !! are rounding
-      type(since_change_t) :: since_change       !! effects of the last contact change that are still in force
+      type(since_change_t) :: since_change       !! effects of the last contact change that still hold
       real(wp) :: motion(2) = 0.0_wp             !! largest displacement [length] and largest rotation [rad] of a node so far
       type(mesh_history_t) :: mesh
       real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! arc length and load change of the last increment
@@ -129,14 +131,15 @@ module path_state
       real(wp) :: fraction = 1.0_wp            !! position of the event between the last accepted point and the trial, 0 to 1
       type(error_bars_t), allocatable :: bars  !! error bars of the event; not allocated: the deck requests none
       logical :: located = .false.               !! true: the event was located; false: it is only bracketed
-      real(wp) :: tangent_turn = 0.0_wp !! bifurcation: a unit force along the null vector turns the path tangent by this much
-      !! between the two points that enclose the bifurcation; a small imperfection makes it a smooth turn of the path
+      real(wp) :: tangent_turn = 0.0_wp !! bifurcation: turn of the path tangent, between the two points that enclose the
+      !! bifurcation, by a unit force along the null vector; a small imperfection makes it a smooth turn of the path
       logical :: later = .false. !! bifurcation: true: it lies behind the trial, whose vanishing pivots have the signs of rounding
    end type located_event_t
 
 contains
 
-   !> Assignment of a path state as a procedure, because the compiler would expand the copies of all components at each assignment.
+   !> Copies a path state. The copy is a procedure, because the compiler would otherwise write out the copies of all components at
+   !> each assignment.
    subroutine copy_path_state(from, to)
       type(path_state_t), intent(in) :: from
       type(path_state_t), intent(inout) :: to
@@ -144,8 +147,8 @@ contains
    end subroutine copy_path_state
 
    !> Path tangent, in the direction of travel, at a point whose state and system are known. The direction of travel is that of the
-   !> chord from the last accepted point. Under load or displacement control it is the direction in which the controlled quantity
-   !> changes with the sign of the increment.
+   !> chord from the last accepted point. Under load or displacement control it is instead the direction in which the change of the
+   !> controlled quantity has the sign of the increment.
    type(path_tangent_t) function path_tangent_of(problem, run, point) result(tangent)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -166,11 +169,11 @@ contains
    end function path_tangent_of
 
    !> Adds the part of the path between the last accepted point and a new point to the stored recent path. At a contact change the
-   !> path has a corner; the stored tangents are those of this part.
+   !> path has a corner and two tangents; the stored tangents belong to the part that is added.
    subroutine append_recent_part(problem, run, point)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
-      type(path_point_t), intent(in) :: point    !! the new point; its tangent is that of the path before it
+      type(path_point_t), intent(in) :: point    !! the new point; its tangent belongs to the path before it
       if (.not. allocated(run%trail)) allocate (run%trail(0))
       run%trail = [recent_path_t(run%last%state, point%state, chord_between(problem, run%last%state, point%state), &
          & run%last%tangent, point%tangent), run%trail(:min(size(run%trail), trail_length - 1))]
@@ -187,8 +190,8 @@ contains
       if (allocated(run%mesh%before_coarsening)) deallocate (run%mesh%before_coarsening)
    end subroutine forget_mesh
 
-   !> A critical point at a place between the last accepted point and the next one, to be kept with the number of the point recorded
-   !> last. It has what all critical points have; the caller adds what its kind has (see critical_point_t) and keeps it.
+   !> Makes a critical point at a place between the last accepted point and the next one. It gets the number of the point recorded
+   !> last, and the data that all critical points have. The caller adds the data of its kind (see critical_point_t) and stores it.
    function new_critical_point(problem, run, label, place, pivots) result(critical_point)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run

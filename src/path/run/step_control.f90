@@ -17,8 +17,8 @@ module step_control
    !! use
    real(wp), parameter :: least_part = 1.0e-6_wp !! smallest arc length over that of the first increment; with values from 1E-7 to
    !! 1E-5 every deck in input has the same results
-   real(wp), parameter :: least_load = 1.0e-9_wp !! smallest load increment of an arc-length step over the first one: a smaller one
-   !! changes the forces by less than the default tolerance of their residual
+   real(wp), parameter :: least_load = 1.0e-9_wp !! smallest load increment of an arc-length step, divided by the first one: a
+   !! smaller increment changes the forces by less than the default tolerance of their residual
    real(wp), parameter :: largest_growth = 2.0_wp, shrinkage = 0.25_wp !! largest and smallest ratio of consecutive increments
 
 contains
@@ -41,7 +41,7 @@ contains
    end subroutine start_control
 
    !> Continues with another strategy from the last accepted point, in the direction of travel. If both strategies use the arc
-   !> length, only the constraint changes and the increment is kept; otherwise the strategy begins as in a new step.
+   !> length, only the constraint changes and the increment is kept. Otherwise the new strategy begins as at the start of a step.
    subroutine change_control(problem, step, run)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step           !! the step with the new strategy
@@ -111,10 +111,10 @@ contains
       run%control%increment = sign(step%increment, run%last%tangent%load)
    end subroutine go_by_load
 
-   !> Adapts the increment by Crisfield's rule: it is multiplied by the square root of desired over needed iterations, and limited
-   !> so that the path tangent does not turn more than allowed. With contact spans about one iteration only locates the touchdown
-   !> points. This iteration is not counted, and the count of iterations is fractional, so that it does not jump between meshes; the
-   !> ratio of iterations is then squared.
+   !> Adapts the increment by Crisfield's rule. The increment is multiplied by the square root of desired over needed iterations,
+   !> and limited so that the path tangent does not turn more than allowed. With contact spans about one iteration only locates the
+   !> touchdown points and is not counted. The count of iterations is then fractional, so that it does not jump between meshes, and
+   !> the ratio of iterations is squared instead of rooted.
    subroutine next_increment(step, report, relation, spans, control)
       type(step_t), intent(in) :: step
       type(increment_t), intent(in) :: report   !! report of the increment just made
@@ -147,7 +147,7 @@ contains
       if (is_arc_length(step%method) .and. .not. is_arc_length(control%method)) smallest = least_load * abs(step%increment)
    end function smallest
 
-   !> True if a part of the present increment is below the smallest increment of the step.
+   !> True if the fraction `part` of the present increment is below the smallest increment of the step.
    pure logical function too_short(step, control, part)
       type(step_t), intent(in) :: step
       type(control_t), intent(in) :: control
