@@ -32,8 +32,8 @@ module error_contributions
       real(wp), allocatable :: size(:)           !! (rows) sum of the absolute values of the contributions to `sum`
       real(wp), allocatable :: rounding(:) !! (rows) estimated rounding error, from the rounding of displacements and stress
       !! resultants
-      real(wp), allocatable :: inside(:) !! (rows) bound of two errors that enriched elements of any order do not show: of monitors
-      !! inside elements, and from slope discontinuities inside elements
+      real(wp), allocatable :: inside(:) !! (rows) bound of two errors that enriched elements of any order do not show: that of
+      !! monitors at places inside elements, and that which slope discontinuities inside elements cause
       real(wp), allocatable :: rest(:)           !! (rows) part of `sum` that comes from the residuals left by Newton's method
       real(wp), allocatable :: element(:, :)     !! (rows, elements) absolute contributions
       logical, allocatable :: known(:)           !! (rows) true: there is an estimate for the number

@@ -227,8 +227,8 @@ contains
       demand = demand_of(problem, state, wanted, g / whole)
    end subroutine coarser_mesh
 
-   !> Computes an error indicator of each element: its contribution to an error bar over the allowed error, as the largest of these
-   !> ratios over load factor and monitors to which the tolerance applies.
+   !> Computes an error indicator of each element: the ratio of the element's contribution to an error bar to the allowed error, and
+   !> of these ratios the largest among the load factor and the monitors to which the tolerance applies.
    subroutine indicate(bars, sizes, counted, asked, critical, bounds, can_settle, indicator, ratio, known, bounded, unsettled)
       type(error_bars_t), intent(in) :: bars
       real(wp), intent(in) :: sizes(:) !! (1 + monitors) reference values of load factor and monitors, to which their errors are
@@ -243,8 +243,10 @@ contains
       !! where the number's bar is as wide as allowed
       real(wp), intent(out) :: ratio !! largest ratio of the mesh's part of a bar to the allowed error, less the parts of rounding
       !! and of the Newton iteration
-      logical, intent(out) :: known              !! true: errors could be estimated, and no instability was missed
-      logical, intent(out) :: bounded            !! true: all bars to which the tolerance applies are bounded
+      logical, intent(out) :: known              !! true: errors could be estimated, and the enriched problem has as many
+      !! unstable directions as the present one
+      logical, intent(out) :: bounded            !! true: the error of each number to which the tolerance applies is certainly
+      !! within its bar
       logical, intent(out) :: unsettled !! true: the Newton iteration's residual causes more error than its part of the tolerance;
       !! it must be reduced before the mesh is changed
       integer :: k
@@ -257,7 +259,7 @@ contains
       do k = 1, size(counted)
          call add(bar_of(bars, counted(k)), 1 + counted(k))
       end do
-      ! The position of a touchdown point needs a bounded bar, of any width.
+      ! For the position of a touchdown point it is enough that its error is certainly within its bar, however wide.
       if (any(counted == 0) .and. allocated(bars%place)) bounded = bounded .and. .not. any(lacks_bound(bars%place%bar, asked))
 
    contains
@@ -295,7 +297,8 @@ contains
       is_rounding = 2.0_wp * number%rounding > number%bar
    end function is_rounding
 
-   !> (elements) g = contribution^(1/(2s + 1)), equal for all elements of an optimal mesh; 0 for elements given by the deck.
+   !> (elements) g = contribution^(1/(2s + 1)) with the number s of an element's stages, equal for all elements of an optimal mesh;
+   !> 0 for elements given by the deck.
    pure function elements_share(problem, free, indicator) result(g)
       type(problem_t), intent(in) :: problem
       logical, intent(in) :: free(:)             !! (elements) true: the program places the nodes of the element
@@ -443,7 +446,7 @@ contains
       end do
    end function section_scale
 
-   !> Rounding error of a displacement monitor that does not change; zero for force monitors, whose rounding is unknown.
+   !> Rounding error of a displacement monitor whose place does not move; zero for force monitors, whose rounding is unknown.
    pure real(wp) function rounding_of(problem, m)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: m                   !! index into model%monitor

@@ -42,8 +42,8 @@ module path_errors
       !! second step
       real(wp), allocatable :: uncertainty(:) !! change of the values in `near` if elements are enriched twice (two more Gauss
       !! points) instead of once
-      real(wp) :: rounding = 0.0_wp !! magnitude of the event function after a first step so short that this remaining value is
-      !! rounding
+      real(wp) :: rounding = 0.0_wp !! magnitude of the event function after the first step, if this step is so short that
+      !! what remains is rounding; else 0
       character(:), allocatable :: why           !! reason why the event could not be found; not allocated: found
    end type crossing_t
 
@@ -332,8 +332,9 @@ contains
             crossing%why = no_function
             return
          end if
-         ! After a long first step the slope at its end shows whether the zero exists and is the same event. The step was computed
-         ! with the slope at its start; for a parabola the slope at the end is this slope times 1 - 2 more / f.
+         ! The slope at the end of a long first step shows whether the enriched path has this event at all. The length of the step
+         ! follows from the slope at its start. With the values f at the start and `more` at the end, the slope of a parabola at the
+         ! end is 1 - 2 more/f times its slope at the start.
          bend = 1.0_wp
          if (abs(way) > part * reach) then
             bend = 1.0_wp - 2.0_wp * more / f
@@ -443,8 +444,8 @@ contains
       integer :: m, n, k
       noise = rounding + 4.0_wp * epsilon(noise) * abs(value)
       n = 1 + size(bars%monitor)
-      ! Reference value of each number. `resolved` is passed as tolerance, so that `resolved` times this value is not below the
-      ! rounding of positions and forces.
+      ! Reference value of each number. An error below `resolved` times this value counts as bounded (error_bar). With `resolved` as
+      ! the allowed error, value_sizes keeps this product above the rounding of positions and forces.
       kind_size(:n) = value_sizes(problem, system%force_scale, abs(state%load_factor), motion_sizes(problem, state), resolved)
       kind_size(n + 1:) = problem%size
       if (shares%known(1)) bars%load = new_error_bar(correction(1), unseen(1), sizes(1), noise(1), kind_size(1))

@@ -206,8 +206,8 @@ contains
          if (state%active(candidate)) pair = pair * system%spring(candidate)
       end function own_force
 
-      !> Adds the forces that coupled ground exerts on the nodes for a unit of the unknown z of a candidate in the complementarity
-      !> problem. The displacements of the nodes are held at zero.
+      !> Adds to the load column the forces that coupled ground exerts on the nodes, whose displacements are held at zero, if the
+      !> candidate's variable z of the complementarity problem (reaction or opening) is 1.
       subroutine add_coupled_load()
          real(wp) :: opening(problem%candidates%n), push(problem%candidates%n)
          opening = 0.0_wp

@@ -220,8 +220,8 @@ contains
          if (problem%moves_nodes()) then
             call move_touchdown_points(problem, from, state, newton%gone, newton%touchdown)
             if (.not. newton%searching) then
-               ! If an interface point meets a touchdown point, no node of the mesh can follow it further: elements then find their
-               ! contact from their gaps.
+               ! If an interface point of a foundation meets a touchdown point, no node can follow the interface point further. The
+               ! elements then find their contact with the foundation from their gaps.
                newton%searching = any(searches(problem, state))
                if (newton%searching) call begin_search(newton)
             end if

@@ -284,7 +284,8 @@ contains
          end if
          call overlap_of_modes(bent, problem%step, overlap, node)
          if (overlap /= '') then
-            ! The message names the offset that displaces the chain of elements with the node of the overlap.
+            ! The message names the deck line of that mode imperfection whose elements contain the node that penetrates the
+            ! obstacle.
             i = 1
             do while (i < size(step%mode_offset) .and. .not. any(bent%mesh%node(:, step%mode_offset(i)%element) == node))
                i = i + 1

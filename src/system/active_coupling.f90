@@ -114,7 +114,8 @@ contains
       end do
    end function gap_changes
 
-   !> Adds the contact forces of coupled candidates to the forces y on the unknowns: y = y + N force.
+   !> Adds the contact forces of active candidates on coupled ground (whose surface also moves where it is not pushed) to the forces
+   !> y on the unknowns: y = y + N force, with the contact normals N.
    pure subroutine add_forces(set, force, y)
       type(active_coupling_t), intent(in) :: set
       real(wp), intent(in) :: force(:)             !! (n) contact force of each coupled candidate

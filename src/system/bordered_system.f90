@@ -206,7 +206,8 @@ contains
       end do
    end function unknowns_of
 
-   !> Solves the bordered system. `ok` is false if the system is singular: at a bifurcation, or without a constraint.
+   !> Solves the bordered system. `ok` is false if the system is singular: at a bifurcation, or where the tangent is singular
+   !> and the row of the constraint is zero, as at a limit point under load control.
    subroutine solve_bordered(system, rhs, prescribed, path_rhs, x, y, ok)
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: rhs(:), prescribed(:) !! (n) forces to be balanced; (n) values of the fixed unknowns
@@ -236,7 +237,8 @@ contains
       rate = rates_of(problem, system, x, all_to_global(problem, system, x), y)
    end function resultant_rates
 
-   !> Does the work of resultant_rates; the increments of the nodes are also passed in global axes.
+   !> Linear change of the stored section forces, as resultant_rates, for callers that have the increments of the nodes in global
+   !> axes already.
    function rates_of(problem, system, x, du, y) result(rate)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system

@@ -192,8 +192,9 @@ contains
          do i = 1, 2
             at = 3 * i + 1
             ends(:, i) = pose%arm(node_position(state, node(i)))
-            ! The tangent of a pressure is symmetric. Its skew part at an end of an element, p/2 times a quarter turn, cancels the
-            ! skew part of the neighbouring element. The symmetric part is half of the derivative of the resultant.
+            ! The assembled tangent of a pressure is symmetric: the skew part at an end of an element, p/2 times a quarter turn,
+            ! cancels that of the neighbouring element and is left out. The symmetric part is half of the derivative of the
+            ! resultant force and moment of the pressure on the element.
             p = merge(-0.5_wp, 0.5_wp, i == 1) * load%pressure
             half(:, 1:2) = -p * reshape([0.0_wp, 1.0_wp, ends(1, i), -1.0_wp, 0.0_wp, ends(2, i)], [3, 2])
             half(:, 3) = 0.0_wp

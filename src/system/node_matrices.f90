@@ -19,7 +19,8 @@ module node_matrices
       integer :: first = 1, last = 0           !! range of the matrix's entries in component `entry` of the list
    end type node_matrix_t
 
-   !> A list of symmetric matrices, (3 n, 3 n) for n nodes, in node axes; for tied nodes in global axes.
+   !> A list of symmetric matrices. A matrix of k nodes is (3 k, 3 k), in node axes; rows of tied nodes (nodes whose displacements
+   !> follow from those of other nodes) are in global axes.
    type :: node_matrices_t
       integer :: n = 0
       type(node_matrix_t), allocatable :: list(:) !! list of matrices; the first n are in use

@@ -38,8 +38,8 @@ module system_type
       !! second unknown: at a point contact at a segment boundary the force acts beside the node
       real(wp), allocatable :: tie_block(:, :, :) !! (3, 3, ties) blocks of the derivative dT/dq; u = T(q) are the displacements of
       !! tied nodes as functions of the unknowns q, see tied_nodes
-      real(wp), allocatable :: arm(:, :) !! (2, candidates) vector from the obstacle's pivot to the node; zero if no node carries
-      !! the obstacle
+      real(wp), allocatable :: arm(:, :) !! (2, candidates) vector from the point about which the obstacle turns to the
+      !! candidate's node; zero if the obstacle is not carried by a node
       real(wp), allocatable :: slip_block(:, :, :) !! (3, 3, ties) blocks of the displacements relative to carried obstacles, see
       !! carried_obstacles
       type(rigidity_t) :: rigidity              !! linear maps of inextensible elements

@@ -98,11 +98,12 @@ contains
 
    contains
 
-      !> True if an onset lies too far ahead of the increment. If the gaps of the spans are rounding, any onset will do, because the
-      !> equilibrium is the same with and without them. If the gaps are within the error of the solution, or if no increment
-      !> converges, the onset must be within the reach of about_to_close. Otherwise a change on the increment comes first, and so
-      !> does a change located ahead of the increment, at `point`. The onset may then lie beyond only by the accuracy of located
-      !> places.
+      !> True if an onset lies too far beyond the end of the increment. How far it may lie:
+      !> (1) any distance, if the gaps of the spans are rounding: the equilibrium is the same with and without the spans;
+      !> (2) the longest next increment, as in about_to_close, if the gaps are within the error of the solution or no increment
+      !>     converges;
+      !> (3) otherwise not beyond `point`, or the end of the increment if `point` lies before this end, except by the accuracy of
+      !>     located places: a change on the increment comes before an onset behind it.
       pure logical function begins_beyond(onset)
          real(wp), intent(in) :: onset           !! load factor
          real(wp) :: sense, reach

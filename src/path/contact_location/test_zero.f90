@@ -56,7 +56,7 @@ contains
 
    contains
 
-      !> Computes the quantity at a load factor.
+      !> Moves the set to a load factor and computes there the quantity whose zero is sought.
       subroutine evaluate_at(load, value)
          real(wp), intent(in) :: load
          real(wp), intent(out) :: value

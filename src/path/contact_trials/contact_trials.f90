@@ -95,8 +95,9 @@ contains
    end subroutine try_sets
 
    !> Enlarges the new contact or free span of a set until the path can continue from the set's equilibrium. First its length is
-   !> increased, as long as the load factor has changed by less than the smallest increment: a span that opens in a line contact may
-   !> grow with a small power of the load. Then the load is changed.
+   !> increased until the load factor has changed by the smallest increment: the length of a span that opens in a line contact may
+   !> be proportional to a small power of the load change, so that it is long before the load has changed noticeably. From there on
+   !> the load is prescribed.
    subroutine enlarge(step, run, here, edit_place, trial)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
@@ -152,7 +153,8 @@ contains
       end function width_of
    end subroutine label
 
-   !> Follows a set by growing changes of the load to an equilibrium from which increments can go on.
+   !> Follows the path of a set with load steps of growing size until it reaches an equilibrium from which increments of the usual
+   !> size can continue.
    subroutine follow_by_load(here, trial)
       type(change_place_t), intent(in) :: here
       type(tried_set_t), intent(inout) :: trial

@@ -122,7 +122,7 @@ contains
       end function same_contact_and_strip
    end function continued
 
-   !> (before, now) true: the contacts have the same number, which an edit leaves to a contact that goes on.
+   !> (before, now) true: the two contacts have the same number. An edit keeps the number of a contact that continues.
    pure function same_number(before, now) result(same)
       type(contact_span_t), intent(in) :: before(:), now(:)
       logical :: same(size(before), size(now))

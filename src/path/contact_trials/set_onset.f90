@@ -145,7 +145,8 @@ contains
 
    contains
 
-      !> Tests the next set at a load factor.
+      !> Tries the set at a load factor. If it is valid there, `next` moves to this equilibrium; otherwise the load is kept in
+      !> `fails`, and an equilibrium at which a test fails in `outside`.
       subroutine test_at(load)
          real(wp), intent(in) :: load
          type(span_test_t), allocatable :: tests(:)

@@ -138,8 +138,9 @@ contains
       if (plane%method /= method_load) plane%whole = sqrt(metric(next%problem, next%state%u, next%state%u))
    end function plane_at
 
-   !> Step from one such plane to the next, for finite differences: the load factor changes over it by a typical increment. In the
-   !> normal plane the step is at most the whole displacement.
+   !> Distance between two neighbouring planes of `plane_at`, for finite differences: from one to the next the load factor changes
+   !> by a typical increment. Where the planes are normal to the path tangent, the distance is at most the norm of the
+   !> displacements.
    real(wp) function distance_at(here, plane) result(distance)
       type(change_place_t), intent(in) :: here
       type(control_t), intent(in) :: plane

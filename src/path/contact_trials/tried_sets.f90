@@ -39,7 +39,8 @@ module tried_sets
       integer :: situation = no_increment         !! at_kink, at_smooth_change, before_closing or no_increment
       type(span_test_t), allocatable :: zero(:) !! tests that are zero at a located change; the test by which it was located comes
       !! first
-      type(span_test_t), allocatable :: closing(:) !! before_closing: tests of the free spans that vanish
+      type(span_test_t), allocatable :: closing(:) !! tests of the free spans that vanish; only in the situation
+      !! before_closing
       type(strip_t), allocatable :: strip(:)      !! strips of the structure, along which contact sets are edited
       integer :: spans_begun = 0                  !! last number given to a contact span
       type(state_t), allocatable :: beyond        !! equilibrium of the present set beyond the change, where a test fails

@@ -219,7 +219,8 @@ contains
          if (in_contact(at)) exit
       end do
       if (n > most) return
-      ! At the end of a rod that lies on its obstacle, one node may carry the whole force: in the first attempt the end stays open.
+      ! Where the end of a rod lies on its obstacle, a single node may carry the whole contact force, and the nodes beyond it are
+      ! open. In the first attempt the nodes up to the end are therefore left open.
       if (at == 0 .and. most == 1) return
       at = problem%candidates%neighbour(side, c)
       do while (at > 0)

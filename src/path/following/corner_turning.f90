@@ -177,7 +177,8 @@ contains
       end do
    end subroutine find_corner
 
-   !> Changes the contact set at a corner and orients the tangent in the direction in which new reactions grow or new gaps open.
+   !> Changes the contact set at a corner of the path, where the contact of nodes changes, and orients the tangent in the direction
+   !> in which new reactions grow or new gaps open.
    subroutine leave_corner(problem, corner, point, ok)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: corner(:)           !! candidates

@@ -46,8 +46,8 @@ module increment_trials
       !! mesh, or found together with a new contact set
       logical :: stiff_start = .false. !! true: the path starts on foundations too stiff for the elements, so that the stiffness is
       !! increased in steps (take_stiff_start)
-      real(wp) :: planned = 0.0_wp !! increment that was planned before a change of contact provided the trial; 0: no other one was
-      !! planned
+      real(wp) :: planned = 0.0_wp !! increment to return to after this trial, which comes from a change of contact and has an
+      !! increment of its own; 0: none
       logical :: finished = .false.              !! true: the step ended at an event within the increment
       ! Counters:
       integer :: cuts = 0                        !! failed increments from the point

@@ -106,7 +106,7 @@ contains
          & step%asked_of_path, run%mesh%coarser)
    end subroutine request_coarser_mesh
 
-   !> Reference values of the errors of a point: of the load factor, then of the monitors.
+   !> Values to which the errors of a point are related (relative error = error / value): of the load factor, then of the monitors.
    function sizes_there(problem, step, run, place, force_scale, asked, outcome) result(sizes)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step

@@ -19,7 +19,7 @@ module critical_points
       type(path_tangent_t) :: tangent            !! path tangent, pointing away from the contact change
    end type way_t
 
-   !> A critical point, with the data that branch switching needs, and the check whether a path returns to a point it has passed.
+   !> A critical point, with the data for branch switching and for checking whether a path returns to a point that it has passed.
    type :: critical_point_t
       character(2) :: label = ''                 !! '': a contact change without label
       type(problem_t) :: problem                 !! problem with the mesh on which the point was found

@@ -112,9 +112,9 @@ contains
    end subroutine go_by_load
 
    !> Adapts the increment by Crisfield's rule. The increment is multiplied by the square root of desired over needed iterations,
-   !> and limited so that the path tangent does not turn more than allowed. With contact spans about one iteration only locates the
-   !> touchdown points and is not counted. The count of iterations is then fractional, so that it does not jump between meshes, and
-   !> the ratio of iterations is squared instead of rooted.
+   !> and limited so that the path tangent does not turn more than allowed. With contact spans, about one iteration serves only to
+   !> locate the touchdown points and is not counted. The count is then the fractional one of effort_of, which is interpolated
+   !> between iterations so that it does not jump from mesh to mesh, and the ratio of iterations is squared; no root is taken.
    subroutine next_increment(step, report, relation, spans, control)
       type(step_t), intent(in) :: step
       type(increment_t), intent(in) :: report   !! report of the increment just made
