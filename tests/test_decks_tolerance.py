@@ -327,8 +327,14 @@ def test_buckling_where_nothing_moves(tolerance):
 
 
 def test_one_sided_bifurcation():
-    """A line without pressure lets go at 16 Pcr; its bar is as wide as the error."""
-    coarse, fine = (next(c for c in dr.run_deck(asking("column-walls", t)).results.critical if c.label == "BP") for t in (1e-4, 1e-6))
+    """A line without pressure lets go at 16 Pcr; its bar is as wide as the error. The line is half as long as the column then, and
+    both its ends have bars."""
+    runs = [dr.run_deck(asking("column-walls", t)).results for t in (1e-4, 1e-6)]
+    coarse, fine = (next(c for c in run.critical if c.label == "BP") for run in runs)
+    for run, bifurcation in zip(runs, (coarse, fine)):
+        there = bifurcation.point - 1
+        ends = np.array([run.contact.start[there, 0], run.contact.end[there, 0]])
+        assert np.all(abs(ends - [0.25, 0.75]) <= run.contact.bars[:2, there, 0])
     dr.assert_close(fine.load_factor, 16.0, relative=1e-6)
     error = abs(coarse.load_factor - fine.load_factor)
     assert error <= coarse.error + fine.error

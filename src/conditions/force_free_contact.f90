@@ -80,9 +80,10 @@ contains
       call carry_forces(problem, state, free, released)
       do k = 1, free%candidates%n
          if (free%candidates%contact_span(k) == 0) cycle
-         associate (number => free%contact_span(free%candidates%contact_span(k))%number)
-            if (any(weak .and. contact_span%number == number) .or. &
-               & number > maxval(contact_span%number)) free%candidates%follows(k) = .true.
+         ! The pieces of a line contact on several rod segments have one number, and some of them may carry pressure.
+         associate (one => free%contact_span(free%candidates%contact_span(k)))
+            if (.not. one%line .and. (any(weak .and. contact_span%number == one%number) .or. &
+               & one%number > maxval(contact_span%number))) free%candidates%follows(k) = .true.
          end associate
       end do
 

@@ -164,8 +164,9 @@ contains
       end function continues
    end function on_strips
 
-   !> Converts a contact set from continuous rods to rod segments. A line contact is divided at segment boundaries. The last piece
-   !> of a line contact is left out if it is shorter than the least length with which a contact continues behind a boundary.
+   !> Converts a contact set from continuous rods to rod segments. A line contact is divided at segment boundaries, and its pieces
+   !> have the number of the whole contact. The last piece of a line contact is left out if it is shorter than the least length with
+   !> which a contact continues behind a boundary.
    subroutine on_segments(strip, covered, set, contact_span, valid)
       type(strip_t), intent(in) :: strip(:)
       logical, intent(in) :: covered(:, :) !! (rod segments, contacts) true: contact spans are allowed on the whole segment; false:
@@ -200,7 +201,6 @@ contains
                      end if
                   end associate
                   valid = valid .and. covered(piece%rod_segment, piece%contact)
-                  if (n > 0) piece%number = 0
                   contact_span = [contact_span, piece]
                   n = n + 1
                end do

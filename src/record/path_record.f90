@@ -24,6 +24,7 @@ module path_record
       !! obstacles without angles
       integer :: contact_span(2) = 0 !! numbers of the contact spans in which the region begins and ends, see contact_spans; 0:
       !! contact at nodes, with a foundation, or not yet numbered
+      logical :: moves(2) = .true.            !! false: the start or end is held at a segment boundary
       logical :: line = .false.               !! true: both ends are touchdown points of a line contact
       type(error_bar_t) :: bar(2)             !! error bars of start and end
    end type region_t

@@ -62,6 +62,7 @@ contains
          end do
          region%contact = problem%candidates%contact(first)
          region%contact_span = [number_of(first), number_of(last)]
+         region%moves = problem%candidates%moves([first, last]) .or. problem%candidates%rolls([first, last])
          region%line = last /= first
          roll = rolled_t()
          if (last == first) roll = rolled(problem, state, first)
@@ -110,27 +111,32 @@ contains
    subroutine assign_place_bars(bars, regions)
       type(error_bars_t), intent(in) :: bars
       type(region_t), intent(inout) :: regions(:)
+      logical, allocatable :: mine(:), unknown(:)
       real(wp) :: at(2)
-      integer :: r, side, k, i
+      integer :: r, side, k
       if (.not. allocated(bars%place)) return
+      unknown = [(.not. any([(any(regions(r)%contact_span == bars%place(k)%contact_span), r=1, size(regions))]), &
+         & k=1, size(bars%place))]
       do r = 1, size(regions)
          at = [regions(r)%start, regions(r)%end]
          do side = 1, 2
-            ! An end of contact that does not move is at a segment boundary, so that the error bar of its position is zero. A
-            ! contact that has just begun has no number yet, and gets the bar of a contact span that no region has.
-            if (regions(r)%contact_span(side) > 0) regions(r)%bar(side) = new_error_bar(0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
-            do k = 1, size(bars%place)
-               associate (place => bars%place(k), bar => regions(r)%bar(side))
-                  if (place%contact_span /= regions(r)%contact_span(side) .and. (regions(r)%contact_span(side) > 0 .or. &
-                     & any([(any(regions(i)%contact_span == place%contact_span), i=1, size(regions))]))) cycle
-                  if (place%last .neqv. (side == 2 .and. regions(r)%line)) cycle
-                  bar = place%bar
+            associate (bar => regions(r)%bar(side), place => bars%place)
+               mine = place%contact_span == regions(r)%contact_span(side) .and. (place%last .eqv. (side == 2 .and. &
+                  & regions(r)%line))
+               ! A contact that has just begun has no number yet. At a bifurcation away from a force-free line contact, the bars are
+               ! those of the point contacts that take the place of its ends.
+               if (.not. any(mine)) mine = unknown
+               k = minloc(abs(place%at - at(side)), 1, mask=mine)
+               if (.not. regions(r)%moves(side)) then
+                  bar = new_error_bar(0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
+               else if (k > 0) then
                   ! Where contact begins, the position of the least gap and that of the new point contact differ by the error of the
                   ! element's polynomials.
-                  bar%correction = bar%correction + (place%at - at(side))
-                  bar%bar = bar%bar + abs(place%at - at(side))
-               end associate
-            end do
+                  bar = place(k)%bar
+                  bar%correction = bar%correction + (place(k)%at - at(side))
+                  bar%bar = bar%bar + abs(place(k)%at - at(side))
+               end if
+            end associate
          end do
       end do
    end subroutine assign_place_bars

@@ -98,26 +98,20 @@ contains
 
    contains
 
-      !> True if an onset lies too far beyond the end of the increment. How far it may lie:
-      !> (1) any distance, if the gaps of the spans are rounding: the equilibrium is the same with and without the spans;
-      !> (2) the longest next increment, as in about_to_close, if the gaps are within the error of the solution or no increment
-      !>     converges;
-      !> (3) otherwise not beyond `point`, or the end of the increment if `point` lies before this end, except by the accuracy of
-      !>     located places: a change on the increment comes before an onset behind it.
+      !> True if an onset lies beyond the located change or the end of the increment, whichever is farther. The place where a gap
+      !> closes is known to the accuracy of located places, and to the distance on which the gap falls by the slack of its test. If
+      !> no increment converges, the onset may lie as far ahead as the closing was sought (about_to_close).
       pure logical function begins_beyond(onset)
          real(wp), intent(in) :: onset           !! load factor
          real(wp) :: sense, reach
-         begins_beyond = .not. all(is_gone(problem, closing))
-         if (.not. begins_beyond) return
+         integer :: k
          associate (from => interval%from%load_factor, end => interval%to%state%load_factor)
             sense = sign(1.0_wp, end - from)
-            if (interval%stuck .or. all(abs(closing%value) <= test_slack(closing%kind))) then
-               reach = largest_growth * abs(end - from)
-            else
-               reach = max(0.0_wp, sense * (point%state%load_factor - end)) + max(step%locate_tolerance, min(step%asked, &
-                  & step%asked_of_path)) * abs(onset)
-            end if
-            begins_beyond = sense * (onset - end) > reach
+            reach = largest_growth
+            if (.not. interval%stuck) reach = maxval([(test_slack(closing(k)%kind) / max(fall_of(interval, closing(k)), &
+               & sqrt(tiny(reach))), k=1, size(closing))])
+            begins_beyond = sense * (onset - end) - max(0.0_wp, sense * (point%state%load_factor - end)) > reach * abs(end - from) &
+               & + max(step%locate_tolerance, min(step%asked, step%asked_of_path)) * abs(onset)
          end associate
       end function begins_beyond
    end subroutine close_spans
@@ -175,6 +169,20 @@ contains
       stays_valid = report%converged
       if (stays_valid) stays_valid = .not. any_fails(span_tests_at(problem, there))
    end function stays_valid
+
+   !> Decrease of the largest gap of a free span on the increment.
+   pure real(wp) function fall_of(interval, closing) result(fall)
+      type(step_interval_t), intent(in) :: interval
+      type(span_test_t), intent(in) :: closing   !! test of the free span
+      integer :: k
+      fall = 0.0_wp
+      do k = 1, size(interval%after)
+         associate (after => interval%after(k))
+            if (after%kind == closing%kind .and. after%contact == closing%contact .and. all(after%beside == closing%beside)) &
+               & fall = interval%before(k)%value - after%value
+         end associate
+      end do
+   end function fall_of
 
    !> True if the span has become shorter on the interval.
    pure logical function is_shorter(interval, which)

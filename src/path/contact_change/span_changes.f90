@@ -26,8 +26,6 @@ module span_changes
    use minima_of_tests, only: check_between
    use simultaneous_tests, only: coming_next
    use span_candidates, only: present_contact_spans
-   use contact_spans, only: contact_span_t
-   use rod_strips, only: strip_t, on_strips
    use beginning_place, only: on_other_obstacle
    use entering_contact_set, only: go_to_next
    use remeshing, only: request_finer_mesh
@@ -164,12 +162,9 @@ contains
       if (.not. (interval%stuck .or. change%where == place_ahead)) beyond = interval%to%state
       here = new_change_place(problem, step, run, change%point, change%zero, beyond)
       call try_sets(step, run, here, next)
-      if (next%found .and. change%label == '  ') then
+      if (next%found) then
          change%label = next%first%label
          change%divides = next%first%divides
-      else if (next%found .and. change%label == 'C+') then
-         ! A gap that closes beside a point contact is no gain if the point only spreads.
-         if (.not. gains_contact(here%strip, problem%contact_span, next%first%problem%contact_span)) change%label = '  '
       end if
       vanishes = is_length(change%tests(change%which)%kind) .and. change%label /= '  '
       if (vanishes) call find_vanished(problem, change%point%state, change%tests(change%which), difference_load(run), &
@@ -243,17 +238,6 @@ contains
       call request_finer_mesh(without%problem, step, run, without%state, without%system%force_scale, bars, .true., tries, &
          & outcome, request)
    end subroutine request_mesh_at_onset
-
-   !> True if a contact set has more contacts than another one with any obstacle.
-   pure logical function gains_contact(strip, before, after) result(gains)
-      type(strip_t), intent(in) :: strip(:)        !! strips, along which a line contact may pass segment boundaries
-      type(contact_span_t), intent(in) :: before(:), after(:)
-      type(contact_span_t), allocatable :: one(:), other(:)
-      integer :: k
-      one = on_strips(strip, before)
-      other = on_strips(strip, after)
-      gains = any([(count(other%contact == other(k)%contact) > count(one%contact == other(k)%contact), k=1, size(other))])
-   end function gains_contact
 
    !> Label of a change (C+, C-) if the kind of its test determines the label; else empty.
    pure character(2) function label_of(problem, test) result(label)

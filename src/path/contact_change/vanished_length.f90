@@ -100,7 +100,6 @@ contains
       integer, intent(out) :: c                  !! candidate at the boundary or support; 0: none
       logical, intent(out) :: meets              !! true: two line contacts meet at the boundary
       type(contact_span_t), allocatable :: set(:)
-      integer :: number                          ! number of the contact at the boundary or support
       integer :: k, side
       logical :: at_support                      ! contact beside a support on the obstacle is lost
       c = 0
@@ -112,17 +111,14 @@ contains
          side = findloc([is_supported(problem, state, set(k)%candidate(1)), is_supported(problem, state, &
             & set(k)%candidate(2))], .true., 1)
          if (side == 0) return
-         number = set(k)%number
          set = shrunk(set, k, set(k)%at(side))
       else
          side = merge(1, 2, test%sense < 0.0_wp)
          if (.not. set(k)%line) return
-         number = set(k)%number
          call bring_to_boundary(problem, k, side, set, meets)
       end if
       next = new_other_set(problem, state, set)
       if (at_support) next%label = 'C-'
-      k = findloc(next%problem%contact_span%number, number, 1)
       c = next%problem%contact_span(k)%candidate(side)
    end subroutine set_without
 

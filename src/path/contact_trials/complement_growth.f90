@@ -3,7 +3,7 @@
 module complement_growth
    use kinds, only: wp
    use contact_spans, only: contact_span_t
-   use rod_strips, only: strip_t, find_strips, strip_place, brought_near
+   use rod_strips, only: strip_place, coincide
    use span_candidates, only: present_contact_spans
    use free_span_gap, only: gap_at
    use span_forces, only: end_force
@@ -34,7 +34,7 @@ contains
       do k = 1, size(here%zero)
          associate (zero => here%zero(k))
             if (zero%kind == test_gap .and. trial%edit == edit_add) then
-               number = contact_begun(trial%set, here%spans_begun, here%zero, k)
+               number = contact_begun(here, trial, zero)
                if (number == 0) grows = grows .and. gap_grows(zero%contact, zero%rod_segment, zero%at)
             else if (zero%kind == test_force .and. trial%edit == edit_remove) then
                associate (former => before(zero%contact_span))
@@ -66,43 +66,21 @@ contains
       end function gap_grows
    end function complement_grows
 
-   !> Number of the contact span that has begun where a gap is zero, 0: none. A new contact moves along the rod until its force is
-   !> zero, so the contact belongs to the nearest of the gaps, however far this gap is.
-   integer function contact_begun(set, begun, zero, which) result(number)
-      type(other_set_t), intent(in) :: set
-      integer, intent(in) :: begun               !! last number given to a contact span before the change
-      type(span_test_t), intent(in) :: zero(:)   !! the tests that are zero
-      integer, intent(in) :: which               !! index of the gap in `zero`
-      type(strip_t), allocatable :: strip(:)
-      type(contact_span_t), allocatable :: now(:)
-      integer :: k
+   !> Number of the contact that an edit has begun where a gap is zero, 0: none. (The contact may move along the rod until its force
+   !> is zero.)
+   integer function contact_begun(here, trial, gap) result(number)
+      type(change_place_t), intent(in) :: here
+      type(tried_set_t), intent(in) :: trial
+      type(span_test_t), intent(in) :: gap
+      real(wp) :: along
+      integer :: k, on
       number = 0
-      strip = find_strips(set%problem%layout)
-      now = present_contact_spans(set%problem, set%state)
-      do k = 1, size(now)
-         if (now(k)%number <= begun) cycle
-         if (nearest_gap(now(k)) == which) number = now(k)%number
+      call strip_place(here%strip, gap%rod_segment, gap%at, on, along)
+      do k = 1, size(trial%edited)
+         associate (one => trial%edited(k))
+            if (one%number <= here%spans_begun .or. one%contact /= gap%contact .or. one%rod_segment /= on) cycle
+            if (coincide(here%strip(on), one%at(1), along)) number = one%number
+         end associate
       end do
-
-   contains
-
-      !> Index of the gap to the obstacle of a contact that is nearest to the contact along its strip; 0: there is no such gap.
-      integer function nearest_gap(new) result(nearest)
-         type(contact_span_t), intent(in) :: new
-         real(wp) :: place, along, near(1), distance
-         integer :: i, on, other
-         nearest = 0
-         distance = huge(distance)
-         call strip_place(strip, new%rod_segment, new%at(1), other, along)
-         do i = 1, size(zero)
-            if (zero(i)%kind /= test_gap .or. zero(i)%contact /= new%contact) cycle
-            call strip_place(strip, zero(i)%rod_segment, zero(i)%at, on, place)
-            if (on /= other) cycle
-            near = brought_near(strip(on), [along], place)
-            if (abs(near(1) - place) >= distance) cycle
-            nearest = i
-            distance = abs(near(1) - place)
-         end do
-      end function nearest_gap
    end function contact_begun
 end module complement_growth

@@ -16,7 +16,7 @@ module contact_trials
    use test_kinds, only: span_test_t, any_fails, test_slack
    use other_set, only: other_set_t, copy_other_set, tests_of, go_to_load
    use path_state, only: path_state_t
-   use set_differences, only: label_and_number
+   use edit_labels, only: counted, set_label, contacts_of
    use rod_strips, only: strip_t, on_strips, strip_place, same_kind
    use neighbours, only: edit_place_t, neighbour_t, neighbours_at, edit_merge, may_close_span, no_test
    use edit_places, only: places_of_tests, places_of_contacts
@@ -56,9 +56,6 @@ contains
       integer :: best
       edit_place = places_to_edit(here)
       call try_edits(step, run, here, edit_place, first_length, valid)
-      do best = 1, size(valid)
-         call label(here, valid(best))
-      end do
       next%found = size(valid) > 0
       if (.not. next%found) return
       best = 1
@@ -118,40 +115,6 @@ contains
       end do
       if (trial%sized) call follow_by_load(here, trial)
    end subroutine enlarge
-
-   !> Labels the change from the present set to another one. The contacts are compared where the set was edited, because a contact
-   !> may move far until the set's first equilibrium. A contact continues another contact if their distance is not much larger than
-   !> the length of the new or vanishing span.
-   subroutine label(here, trial)
-      type(change_place_t), intent(in) :: here    !! the present set, at a change or near it
-      type(tried_set_t), intent(inout) :: trial
-      type(contact_span_t), allocatable :: edited(:)
-      real(wp) :: near
-      integer :: k
-      logical :: farther
-      near = 0.0_wp
-      if (here%situation == before_closing) near = maxval([(width_of(here%closing(k)), k=1, size(here%closing))])
-      near = nearby + first_length(trial%length) + near
-      edited = trial%set%problem%contact_span
-      farther = allocated(here%beyond)
-      if (farther) farther = abs(trial%edited_at - here%beyond%load_factor) < abs(trial%edited_at - here%state%load_factor)
-      if (farther) then
-         call label_and_number(here%problem, here%beyond, near, here%spans_begun, edited, trial%set)
-      else
-         call label_and_number(here%problem, here%state, near, here%spans_begun, edited, trial%set)
-      end if
-
-   contains
-
-      !> Length of a free span / length of its strip.
-      pure real(wp) function width_of(test)
-         type(span_test_t), intent(in) :: test
-         real(wp) :: along
-         integer :: on
-         call strip_place(here%strip, test%rod_segment, test%ends(1), on, along)
-         width_of = (test%ends(2) - test%ends(1)) / here%strip(on)%length()
-      end function width_of
-   end subroutine label
 
    !> Follows the path of a set with load steps of growing size until it reaches an equilibrium from which increments of the usual
    !> size can continue.
@@ -255,10 +218,13 @@ contains
             call solve_neighbour(here, from, neighbour(k), trial, found)
             if (found) found = moves_little(here, trial%set) .and. .not. same_kind(here%problem%layout, here%problem%contact_span, &
                & trial%set%problem%contact_span)
-            if (found) found = .not. is_among(trial, valid, .true.)
+            if (found) found = .not. is_among(trial, valid)
             if (.not. found) cycle
             trial%sized = any(neighbour(k)%held > 0)
             trial%edits = from%edits + 1
+            trial%count = counted(from%count, here%strip, neighbour(k)%edit, contacts_of(here%strip, from%set%problem, &
+               & from%set%state), contacts_of(here%strip, trial%set%problem, trial%set%state))
+            call set_label(trial%count, trial%set)
             trial%edit = merge(neighbour(k)%edit, from%edit, from%edits == 0)
             trial%length = neighbour(k)%length
             call verify(step, run, here, trial)
@@ -266,7 +232,7 @@ contains
                call append(valid, trial)
                if (decided(here, valid)) return
             else if (allocated(trial%fails) .and. size(failed) < most_failed) then
-               if (.not. is_among(trial, failed, .false.)) call append(failed, trial)
+               if (.not. is_among(trial, failed)) call append(failed, trial)
             end if
          end do
       end do
@@ -289,18 +255,16 @@ contains
    !> True if a set of the same kind is in a list, with an equilibrium that is not behind a limit point. Sets of the same kind may
    !> still differ: which of two contacts has ended, or which of two free spans has closed, is shown by the numbers that the edits
    !> leave to contacts.
-   logical function is_among(trial, list, with_numbers)
+   logical function is_among(trial, list)
       type(tried_set_t), intent(in) :: trial
       type(tried_set_t), intent(in) :: list(:)
-      logical, intent(in) :: with_numbers         !! true: sets of the same kind whose contacts have other numbers do not count
       logical :: same
       integer :: k
       is_among = .false.
       do k = 1, size(list)
          associate (one => trial%set%problem%contact_span, other => list(k)%set%problem%contact_span)
             same = same_kind(trial%set%problem%layout, one, other) .and. .not. list(k)%passes_limit
-            if (with_numbers) same = same .and. same_numbers(one, other)
-            is_among = is_among .or. same
+            is_among = is_among .or. (same .and. same_numbers(one, other))
          end associate
       end do
    end function is_among

@@ -57,7 +57,7 @@ contains
                   & obstacle(test%candidate)), -candidate_offset(problem, state, problem%candidates, test%candidate), &
                   & node_track(problem, state, test%candidate))
             case (test_pressure)
-               zones = [zones, pulled_zones(problem, state, strip, now(test%contact_span), scale, beyond)]
+               zones = [zones, pulled_zones(problem, state, strip, now(test%contact_span), test%contact_span, scale, beyond)]
             case (test_length)
                call strip_place(strip, test%rod_segment, test%at, edit_place(k)%strip, edit_place(k)%at)
             case (test_boundary_span)
@@ -97,11 +97,12 @@ contains
 
    !> Zones of a line contact without compressive force, sorted by their least force. Each zone surrounds a local minimum of the
    !> force by length.
-   function pulled_zones(problem, state, strip, line, scale, beyond) result(zone)
+   function pulled_zones(problem, state, strip, line, number, scale, beyond) result(zone)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(strip_t), intent(in) :: strip(:)
       type(contact_span_t), intent(in) :: line   !! line contact with its ends in the present state
+      integer, intent(in) :: number              !! its index into the contact spans
       real(wp), intent(in) :: scale              !! scale of forces
       type(state_t), intent(in), optional :: beyond !! equilibrium further along the path, where the zones have tensile force
       type(edit_place_t), allocatable :: zone(:)
@@ -128,10 +129,11 @@ contains
       end do
       if (present(beyond)) then
          now = present_contact_spans(problem, beyond)
-         k = findloc(now%number, line%number, 1)
          ! The zone keeps its relative place in the line contact, whose ends may have moved.
-         at = now(k)%at(1) + (at - line%at(1)) * (now(k)%at(2) - now(k)%at(1)) / (line%at(2) - line%at(1))
-         pressure = sample_line(problem, beyond, now(k))
+         associate (there => now(number))
+            at = there%at(1) + (at - line%at(1)) * (there%at(2) - there%at(1)) / (line%at(2) - line%at(1))
+            pressure = sample_line(problem, beyond, there)
+         end associate
       end if
       zone%width = [(0.5_wp * pulled_length(at(i)), i=1, size(zone))]
       ! If the force of a zone is not tensile at the equilibrium `beyond`, no span opens there; only the first zone is kept in any

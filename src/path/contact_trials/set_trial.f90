@@ -37,19 +37,18 @@ contains
       type(change_place_t), intent(in) :: here   !! the run's point, with its path tangent
       type(tried_set_t), intent(in) :: from      !! the set that is edited, at its equilibrium, which is the first guess
       type(neighbour_t), intent(in) :: neighbour
-      type(tried_set_t), intent(inout) :: trial  !! out: the neighbour's equilibrium, its system factored there, and the load factor
-      !! of the equilibrium whose set was edited
+      type(tried_set_t), intent(inout) :: trial  !! out: the neighbour's equilibrium, its system factored there
       logical, intent(out) :: found
       type(contact_span_t), allocatable :: contact_span(:)
       type(control_t) :: plane
       integer :: ends(2)
       logical :: first, free
       first = from%edits == 0
-      associate (next => trial%set, problem => from%set%problem, state => from%set%state, edited_at => trial%edited_at)
-         edited_at = state%load_factor
-         call on_segments(here%strip, problem%covered, neighbour%set, contact_span, found)
+      associate (next => trial%set, problem => from%set%problem, state => from%set%state)
+         trial%edited = numbered(neighbour%set, max(here%spans_begun, maxval([0, neighbour%set%number])))
+         call on_segments(here%strip, problem%covered, trial%edited, contact_span, found)
          if (.not. found) return
-         next = new_other_set(problem, state, numbered(contact_span, max(here%spans_begun, maxval([0, contact_span%number]))))
+         next = new_other_set(problem, state, contact_span)
          call carry_forces(problem, state, next%problem, next%state)
          if (all(neighbour%held == 0)) then
             found = .not. neighbour%beyond
@@ -60,7 +59,6 @@ contains
                contact_span = moved_beyond(here, next%problem%contact_span)
                found = .not. any_overlap(contact_span)
                if (.not. found) return
-               edited_at = here%beyond%load_factor
                next = new_other_set(problem, here%beyond, contact_span)
                call find_equilibrium(next, found)
             end if

@@ -13,11 +13,13 @@ module tried_sets
    use model, only: step_t, method_displacement
    use problem, only: problem_t
    use rod_state, only: state_t
+   use contact_spans, only: contact_span_t
    use rod_strips, only: strip_t, find_strips
    use path_point, only: path_point_t
    use path_state, only: path_state_t
    use test_kinds, only: span_test_t, test_gap, test_force, test_curvature, test_vanishing, test_couple
    use other_set, only: other_set_t, copy_other_set
+   use edit_labels, only: edit_count_t
    implicit none
    private
    public :: change_place_t, new_change_place, tried_set_t, copy_trial, append, next_set_t
@@ -53,10 +55,11 @@ module tried_sets
    type :: tried_set_t
       type(other_set_t) :: set !! the set at its first equilibrium, in which a new contact or free span has a prescribed length; the
       !! path tangent points onward
-      real(wp) :: edited_at = 0.0_wp              !! load factor of the equilibrium whose set was edited
+      type(contact_span_t), allocatable :: edited(:) !! the contact set on strips, as the edit has made it
       logical :: sized = .false.                  !! true: a length is prescribed
       integer :: edits = 0                        !! edits by which the set differs from the present one
       integer :: edit = 0                         !! the first of these edits (neighbours)
+      type(edit_count_t) :: count                 !! contacts gained and lost by these edits
       integer :: length = 1                       !! index of the prescribed length
       logical :: valid = .false.
       logical :: turns = .false.                  !! valid: the path turns back with this set
@@ -127,10 +130,11 @@ contains
       type(tried_set_t), intent(in) :: from
       type(tried_set_t), intent(inout) :: to
       call copy_other_set(from%set, to%set)
-      to%edited_at = from%edited_at
+      to%edited = from%edited
       to%sized = from%sized
       to%edits = from%edits
       to%edit = from%edit
+      to%count = from%count
       to%length = from%length
       to%valid = from%valid
       to%turns = from%turns

@@ -80,9 +80,8 @@ contains
          & ahead%load_factor - here%load_factor)
       ! The numbers given to contacts found at nodes are no identities; each contact gets the number of the present contact that it
       ! continues, or a new number.
-      next%problem%contact_span%number = 0
       call label_and_number(problem, run%last%state, 1.0_wp / minval(nodes%element_last - nodes%element_first + 1), &
-         & run%spans_begun, present_contact_spans(next%problem, next%state), next)
+         & run%spans_begun, next)
    end subroutine find_set_at_nodes
 
    !> True if the next equilibrium can be on the same path: its distance from the present point is at most twice the distance that
