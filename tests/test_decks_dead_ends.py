@@ -164,6 +164,43 @@ def test_the_last_contact_ends():
     dr.assert_close(run.labelled("C-")[-1].load_factor, 0.5, relative=1e-6)
 
 
+# A plate presses a shallow arch through.
+SNAPPED = """*HEADING
+Arch that a plate presses until it snaps through
+*NODE
+1, -0.5, 0.
+2, 0., 0.05
+3, 0.5, 0.
+*ARC, ELSET=ARCH, NSET=ARCH, DIRECTION=CLOCKWISE
+1, 2, 0., -2.475
+2, 3, 0., -2.475
+*BEAM SECTION, ELSET=ARCH, SECTION=STIFFNESS
+1e5, 1.
+*BOUNDARY
+1, PINNED
+3, PINNED
+*OBSTACLE, NAME=PLATE, TYPE=LINE
+1., 0.05, -1., 0.05
+*CONTACT, OBSTACLE=PLATE, NSET=ARCH
+*STEP
+*STATIC, METHOD=CYLINDRICAL
+0.01, , 0.02
+*OBSTACLE MOTION
+PLATE, 0., -0.06
+*STOP
+LOAD, ABOVE, 1.
+*END STEP
+"""
+
+
+def test_a_plate_leaves_the_arch_that_has_snapped():
+    """The force vanishes where the arch stands by itself, and a gap opens only if the plate goes back: it may go any distance. The
+    run ends when the loads before are rounding beside it."""
+    run = dr.run_deck(SNAPPED, code=2)
+    assert "stopped: nothing moves any more" in run.stderr
+    assert run.results.n_points < 100
+
+
 # A clamped ring in a cavity that becomes smaller: node 1 cannot follow it.
 SHRINKS = """*HEADING
 Clamped ring in a cavity that shrinks

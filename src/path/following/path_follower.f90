@@ -10,7 +10,7 @@
 module path_follower
    use kinds, only: wp
    use model, only: step_t, method_generalised, method_displacement
-   use problem, only: problem_t
+   use problem, only: problem_t, rounding_gap
    use path_control, only: is_arc_length, set_tangent
    use path_point, only: path_point_t
    use path_state, only: path_state_t
@@ -54,7 +54,7 @@ contains
          if (ended(attempt, outcome)) exit
          if (must_end(outcome)) exit
          call save_run(problem, run, attempt, recorder, outcome, .false.)
-         if (ended(attempt, outcome) .or. points_used_up()) exit
+         if (ended(attempt, outcome) .or. points_used_up() .or. rests_for_ever()) exit
          if (run%mesh%change_behind) call make_change_behind()
          if (ended(attempt, outcome)) exit
          call start_from(run, attempt)
@@ -86,6 +86,20 @@ contains
          outcome%used_up = size(step%stop) > 0
          if (outcome%used_up) outcome%why = 'the allowed number of points was used up before the stop condition'
       end function points_used_up
+
+      !> True if nothing moves any more although the load has run so far that the loads at which something moved are its rounding:
+      !> for instance where a structure has snapped through and the obstacle that pushed it goes back. The step has failed then.
+      logical function rests_for_ever() result(rests)
+         real(wp) :: known                       ! largest load factor at which something moved, or that the deck names
+         rests = run%points > 1 .and. run%last_length * problem%size <= rounding_gap(problem)
+         if (.not. rests) return
+         known = max(abs(step%increment), maxval(abs(step%stop%value), mask=step%stop%monitor == 0), &
+            & maxval(abs(step%locate%value), mask=step%locate%monitor == 0), &
+            & maxval(abs(run%critical_points%list%state%load_factor)))
+         rests = sqrt(epsilon(known)) * abs(run%last%state%load_factor) > known
+         outcome%used_up = rests
+         if (rests) outcome%why = 'nothing moves any more, however far the load goes'
+      end function rests_for_ever
 
       !> Searches for a reason why no equilibrium exists ahead, and puts it in front of the message with which the run ends. The
       !> search goes as far as the step's first increment.

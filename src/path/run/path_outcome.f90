@@ -16,7 +16,7 @@ module path_outcome
       logical :: turns = .false.                 !! true: the run ended where the path turns back and the strategy cannot follow it
       logical :: home = .false.                  !! true: the run ended where the path returns to one of its own bifurcations
       logical :: wrong = .false.                 !! true: the run ended at a point that fails the independent checks
-      logical :: used_up = .false.               !! true: the run ended after the largest number of points that the deck allows
+      logical :: used_up = .false. !! true: further points exist, but the deck allows no more of them, or nothing moves any more
       logical :: ended = .false.                 !! true: the run was ended by a signal or a time limit
       logical :: dead_end = .false. !! true: the run ended because no further point was found, and for none of the reasons above
       integer :: deck_line = 0                   !! line of the deck with the card that caused the end; 0: none
