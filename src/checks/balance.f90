@@ -178,20 +178,21 @@ contains
             call foundation_forces(problem, state, e, inner)
             source = 0
             do q = 1, inner%n
-               push = (state%geometry%element(e)%length * inner%weight(q) * inner%pressure(q)) * inner%normal(:, q)
-               total = total + [push, (inner%x(1, q) - middle(1)) * push(2) - (inner%x(2, q) - middle(2)) * push(1)]
-               if (problem%ground%chain%bilateral(inner%source(q))) cycle
-               most = max(most, inner%pressure(q))
-               push(1) = inner%pressure(q)
+               push = (state%geometry%element(e)%length * inner%at(q)%weight * inner%at(q)%pressure) * inner%at(q)%normal
+               total = total + [push, (inner%at(q)%x(1) - middle(1)) * push(2) - (inner%at(q)%x(2) - middle(2)) * push(1)]
+               if (problem%ground%chain%bilateral(inner%at(q)%source)) cycle
+               most = max(most, inner%at(q)%pressure)
+               push(1) = inner%at(q)%pressure
                ! On an element too long to resolve its foundation only the integral of the pressure over the element has a meaning.
-               if (.not. follows(problem, state, inner%source(q))) push(1) = sum(inner%weight(:inner%n) * &
-                  & inner%pressure(:inner%n), mask=inner%source(:inner%n) == inner%source(q))
-               if (state%segment(inner%source(q)) /= segment_unknown) then
+               if (.not. follows(problem, state, inner%at(q)%source)) push(1) = sum(inner%at(:inner%n)%weight * &
+                  & inner%at(:inner%n)%pressure, mask=inner%at(:inner%n)%source == inner%at(q)%source)
+               if (state%segment(inner%at(q)%source) /= segment_unknown) then
                   ! All points of one foundation on an element are neighbours in the list, so that the error is computed once for
                   ! them.
-                  if (inner%source(q) /= source) error = segment_stiffness(problem, inner%source(q), &
-                     & state%segment(inner%source(q))) * gap_uncertainty(gap_in_state(problem, state, inner%source(q)), rounding)
-                  source = inner%source(q)
+                  if (inner%at(q)%source /= source) error = segment_stiffness(problem, inner%at(q)%source, &
+                     & state%segment(inner%at(q)%source)) * gap_uncertainty(gap_in_state(problem, state, inner%at(q)%source), &
+                     & rounding)
+                  source = inner%at(q)%source
                   push(1) = min(0.0_wp, push(1) + error)
                end if
                if (push(1) < least) pulled = e

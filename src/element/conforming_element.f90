@@ -145,9 +145,9 @@ contains
                & line_rate, element%z(1 + i))
          end do
          do q = 1, inner%n
-            hold(q) = tangential_force_at(track_beyond(element, obstacle, near, sense * h * dot_product(inner%basis(:s, q), &
+            hold(q) = tangential_force_at(track_beyond(element, obstacle, near, sense * h * dot_product(inner%at(q)%basis(:s), &
                & section(:s)%stretch)), sense, inner, q)
-            associate (part => h * inner%basis(:s, q))
+            associate (part => h * inner%at(q)%basis(:s))
                hold(q)%by_stage(:s) = hold(q)%by_place * part * section(:s)%run_by_sigma
                hold(q)%by_force(:s) = hold(q)%by_place * part * section(:s)%run_by_p
                hold(q)%by_load = hold(q)%by_load + hold(q)%by_place * dot_product(part, section(:s)%run_by_load)
@@ -183,7 +183,7 @@ contains
                end associate
             end do
             do q = 1, inner%n
-               share = h * inner%weight(q) * (1.0_wp - inner%basis(i, q) / tab%b(i))
+               share = h * inner%at(q)%weight * (1.0_wp - inner%at(q)%basis(i) / tab%b(i))
                residual_p = residual_p + share * hold(q)%force
                system(:s, s + i) = system(:s, s + i) + share * hold(q)%by_stage(:s)
                system(s + 1:2 * s, s + i) = system(s + 1:2 * s, s + i) + share * hold(q)%by_force(:s)
@@ -225,7 +225,7 @@ contains
             end associate
          end do
          do q = 1, inner%n
-            share = h * inner%weight(q)
+            share = h * inner%at(q)%weight
             tail = tail - share * hold(q)%force
             dtail = dtail - share * (matmul(rhs(:, :s), hold(q)%by_stage(:s)) + matmul(rhs(:, s + 1:2 * s), hold(q)%by_force(:s)))
             dtail(by_sigma) = dtail(by_sigma) - share * (hold(q)%by_place + sum(hold(q)%by_stage(:s)))
@@ -292,9 +292,9 @@ contains
          if (present(inner)) then
             output%miss = dot_product(tab%b(:s), output%pull(:s))
             do q = 1, inner%n
-               hold = tangential_force_at(track_beyond(element, obstacle, output%near, dot_product(inner%basis(:s, q), &
+               hold = tangential_force_at(track_beyond(element, obstacle, output%near, dot_product(inner%at(q)%basis(:s), &
                   & output%run(:s))), sense, inner, q)
-               output%miss = output%miss - h * inner%weight(q) * hold%force
+               output%miss = output%miss - h * inner%at(q)%weight * hold%force
             end do
          end if
          rise(1, :s) = z(2:1 + s) - z(1)
@@ -391,11 +391,11 @@ contains
       type(inner_forces_t), intent(in) :: inner
       integer, intent(in) :: q
       real(wp) :: slope
-      slope = dot_product(inner%normal(:, q), at%tangent)
-      hold%force = sense * dot_product(inner%force(:, q), at%tangent)
-      hold%by_place = sense * (at%curvature * dot_product(inner%force(:, q), [-at%tangent(2), at%tangent(1)]) - &
-         & inner%spring(q) * slope**2 - dot_product(at%tangent, matmul(inner%sway(:, :, q), at%tangent)))
-      hold%by_load = sense * (inner%spring(q) * inner%approach(q) * slope + dot_product(inner%rate(:, q), at%tangent))
+      slope = dot_product(inner%at(q)%normal, at%tangent)
+      hold%force = sense * dot_product(inner%at(q)%force, at%tangent)
+      hold%by_place = sense * (at%curvature * dot_product(inner%at(q)%force, [-at%tangent(2), at%tangent(1)]) - &
+         & inner%at(q)%spring * slope**2 - dot_product(at%tangent, matmul(inner%at(q)%sway, at%tangent)))
+      hold%by_load = sense * (inner%at(q)%spring * inner%at(q)%approach * slope + dot_product(inner%at(q)%rate, at%tangent))
    end function tangential_force_at
 
    !> N, M and the right-hand sides of sigma' and P' with their derivatives, at the point `at` of the track for a given P.

@@ -151,25 +151,25 @@ contains
             dtail(by_load, 1:2) = dtail(by_load, 1:2) - pushed_rate
          end if
          do q = 1, inner%n
-            part = stages%h * inner%weight(q)
-            tail(1:2) = tail(1:2) - part * inner%force(:, q)
+            part = stages%h * inner%at(q)%weight
+            tail(1:2) = tail(1:2) - part * inner%at(q)%force
             do i = 1, 2
-               pull(:, i) = -inner%normal(i, q) * change(:, size(change, 2) - inner%n + q)
+               pull(:, i) = -inner%at(q)%normal(i) * change(:, size(change, 2) - inner%n + q)
             end do
-            if (any(abs(inner%sway(:, :, q)) > 0.0_wp)) then
+            if (any(abs(inner%at(q)%sway) > 0.0_wp)) then
                ! Increment of the position of the quadrature point, as a linear function of the columns.
                moved = 0.0_wp
                moved(by_x, 1) = 1.0_wp
                moved(by_y, 2) = 1.0_wp
                do i = 1, s
-                  moved = moved + (stages%hc * inner%basis(i, q)) * rate(:, 1:2, i)
+                  moved = moved + (stages%hc * inner%at(q)%basis(i)) * rate(:, 1:2, i)
                end do
                do i = 1, 2
-                  pull(:, i) = pull(:, i) + (inner%sway(i, 1, q) * moved(:, 1) + inner%sway(i, 2, q) * moved(:, 2))
+                  pull(:, i) = pull(:, i) + (inner%at(q)%sway(i, 1) * moved(:, 1) + inner%at(q)%sway(i, 2) * moved(:, 2))
                end do
             end if
             dtail(:, 1:2) = dtail(:, 1:2) + part * pull
-            dtail(by_load, 1:2) = dtail(by_load, 1:2) - part * inner%rate(:, q)
+            dtail(by_load, 1:2) = dtail(by_load, 1:2) - part * inner%at(q)%rate
          end do
          defect(1) = max(defect(1), abs(end_defect(3)))
          defect(2) = max(abs(end_defect(1)), abs(end_defect(2)))

@@ -116,7 +116,7 @@ contains
             swing = 0.0_wp
             heated = 0.0_wp
             do b = 1, s
-               part = stages%hc * inner%basis(b, q)
+               part = stages%hc * inner%at(q)%basis(b)
                heated = heated + part * stages%heat(:, b)
                swing = swing + part * stages%d(:, b)
                do i = 1, 2
@@ -125,21 +125,21 @@ contains
                end do
             end do
             row = stored_by + q
-            associate (normal => inner%normal(:, q), spring => inner%spring(q))
+            associate (normal => inner%at(q)%normal, spring => inner%at(q)%spring)
                system(row, row) = 1.0_wp
                system(:3 * s, row) = spring * (normal(1) * along(:3 * s, 1) + normal(2) * along(:3 * s, 2))
                change(by_rotation, row) = -spring * dot_product(normal, swing)
                change(by_x:by_y, row) = -spring * normal
-               change(by_load, row) = spring * (inner%approach(q) - dot_product(normal, heated))
+               change(by_load, row) = spring * (inner%at(q)%approach - dot_product(normal, heated))
             end associate
-            associate (sway => inner%sway(:, :, q))
+            associate (sway => inner%at(q)%sway)
                heated = matmul(sway, heated)
                do a = 1, s
                   row = s + 2 * a - 1
-                  share(a) = stages%h * inner%weight(q) * (1.0_wp - inner%basis(a, q) / tab%b(a))
-                  system(stored_by + q, row:row + 1) = share(a) * inner%normal(:, q)
-                  change(by_residual, row:row + 1) = change(by_residual, row:row + 1) - share(a) * inner%force(:, q)
-                  change(by_load, row:row + 1) = change(by_load, row:row + 1) + share(a) * (heated - inner%rate(:, q))
+                  share(a) = stages%h * inner%at(q)%weight * (1.0_wp - inner%at(q)%basis(a) / tab%b(a))
+                  system(stored_by + q, row:row + 1) = share(a) * inner%at(q)%normal
+                  change(by_residual, row:row + 1) = change(by_residual, row:row + 1) - share(a) * inner%at(q)%force
+                  change(by_load, row:row + 1) = change(by_load, row:row + 1) + share(a) * (heated - inner%at(q)%rate)
                end do
                ! Straight ground turns no force when the point moves along it.
                if (.not. any(abs(sway) > 0.0_wp)) cycle

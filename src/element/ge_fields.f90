@@ -28,7 +28,7 @@ contains
       end if
       if (.not. present(inner)) return
       do q = 1, inner%n
-         second(1:2) = second(1:2) - (element%g%length * inner%weight(q)) * inner%force(:, q)
+         second(1:2) = second(1:2) - (element%g%length * inner%at(q)%weight) * inner%at(q)%force
       end do
    end subroutine ge_end_forces
 

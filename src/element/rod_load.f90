@@ -6,8 +6,8 @@ module rod_load
    use gauss_tableau, only: tableau_t, max_stages
    implicit none
    private
-   public :: ge_load_t, variation_t, largest_line, line_at_stage, line_before, sum_line, line_at, inner_forces_t, clear_forces, &
-      & add_force
+   public :: ge_load_t, variation_t, largest_line, line_at_stage, line_before, sum_line, line_at, inner_force_t, inner_forces_t, &
+      & clear_forces, add_force
 
    !> Difference between a varying dead load and its uniform part at the stages; entries behind the last stage are zero.
    type :: variation_t
@@ -27,26 +27,30 @@ module rod_load
       real(wp) :: curvature = 0.0_wp, curvature_rate = 0.0_wp !! thermal curvature k of the unstressed rod
    end type ge_load_t
 
-   !> Quadrature of the force by stress-free length. For the increments dl of the load factor and dx of a point's position the force
-   !> is
+   !> One point of a quadrature of the force by stress-free length. For the increments dl of the load factor and dx of the point's
+   !> position the force is
    !>   force + normal * dp + rate * dl - sway * dx,   dp = spring * (approach * dl - normal.dx)
+   type :: inner_force_t
+      real(wp) :: tau = 0.0_wp                    !! position, 0 to 1 of the stress-free length
+      real(wp) :: weight = 0.0_wp                 !! quadrature weight, as part of the element's length
+      real(wp) :: basis(max_stages) = 0.0_wp      !! values of stage_basis at the point
+      real(wp) :: force(2) = 0.0_wp               !! force by stress-free length [force/length]
+      real(wp) :: normal(2) = 0.0_wp              !! unit normal of the surface
+      real(wp) :: spring = 0.0_wp                 !! derivative of the pressure (force along the normal) by the penetration
+      real(wp) :: approach = 0.0_wp !! derivative of the penetration by the load factor at a fixed point of the rod
+      real(wp) :: sway(2, 2) = 0.0_wp             !! symmetric stiffness in addition to that of the spring
+      real(wp) :: rate(2) = 0.0_wp !! derivative of the force by the load factor, without the contribution of the spring
+      ! For reports only; the element does not use them:
+      integer :: source = 0                       !! candidate whose contact exerts the force
+      real(wp) :: x(2) = 0.0_wp                   !! deformed position of the point
+      real(wp) :: pressure = 0.0_wp               !! component of the force along the normal
+      real(wp) :: bend = 0.0_wp                   !! curvature of the gap function along the surface
+   end type inner_force_t
+
+   !> Quadrature of the forces inside an element.
    type :: inner_forces_t
       integer :: n = 0
-      real(wp), allocatable :: tau(:)             !! (n) position, 0 to 1 of the stress-free length
-      real(wp), allocatable :: weight(:)          !! (n) quadrature weight, as part of the element's length
-      real(wp), allocatable :: basis(:, :)        !! (max_stages, n) values of stage_basis at the point
-      real(wp), allocatable :: force(:, :)        !! (2, n) force by stress-free length [force/length]
-      real(wp), allocatable :: normal(:, :)       !! (2, n) unit normal of the surface
-      real(wp), allocatable :: spring(:)          !! (n) derivative of the pressure (force along the normal) by the penetration
-      real(wp), allocatable :: approach(:) !! (n) derivative of the penetration by the load factor at a fixed point of the rod
-      real(wp), allocatable :: sway(:, :, :)      !! (2, 2, n) symmetric stiffness in addition to that of the spring
-      real(wp), allocatable :: rate(:, :) !! (2, n) derivative of the force by the load factor, without the contribution of the
-      !! spring
-      ! For reports only; the element does not use them:
-      integer, allocatable :: source(:)           !! (n) candidate whose contact exerts the force
-      real(wp), allocatable :: x(:, :)            !! (2, n) deformed position of the point
-      real(wp), allocatable :: pressure(:)        !! (n) component of the force along the normal
-      real(wp), allocatable :: bend(:)            !! (n) curvature of the gap function along the surface
+      type(inner_force_t), allocatable :: at(:)   !! (at least n) points
    end type inner_forces_t
 
 contains
@@ -137,38 +141,15 @@ contains
    subroutine add_force(list, number)
       type(inner_forces_t), intent(inout) :: list
       integer, intent(out) :: number
-      if (.not. allocated(list%tau)) call resize(16)
-      if (list%n == size(list%tau)) call resize(2 * list%n)
+      type(inner_force_t), allocatable :: more(:)
+      ! An element that is in contact as a whole has one point more than stages.
+      if (.not. allocated(list%at)) allocate (list%at(max_stages + 1))
+      if (list%n == size(list%at)) then
+         allocate (more(2 * list%n))
+         more(:list%n) = list%at
+         call move_alloc(more, list%at)
+      end if
       list%n = list%n + 1
       number = list%n
-
-   contains
-
-      subroutine resize(m)
-         integer, intent(in) :: m
-         type(inner_forces_t) :: old
-         integer :: n
-         n = list%n
-         if (n > 0) old = list
-         if (allocated(list%tau)) deallocate (list%tau, list%weight, list%basis, list%force, list%normal, list%spring, &
-            & list%approach, list%sway, list%rate, list%source, list%pressure, list%bend, list%x)
-         allocate (list%tau(m), list%weight(m), list%basis(max_stages, m), list%force(2, m), list%sway(2, 2, m), &
-            & list%spring(m), list%approach(m))
-         allocate (list%rate(2, m), list%source(m), list%normal(2, m), list%pressure(m), list%bend(m), list%x(2, m))
-         if (n == 0) return
-         list%tau(:n) = old%tau(:n)
-         list%weight(:n) = old%weight(:n)
-         list%basis(:, :n) = old%basis(:, :n)
-         list%force(:, :n) = old%force(:, :n)
-         list%sway(:, :, :n) = old%sway(:, :, :n)
-         list%rate(:, :n) = old%rate(:, :n)
-         list%spring(:n) = old%spring(:n)
-         list%approach(:n) = old%approach(:n)
-         list%source(:n) = old%source(:n)
-         list%normal(:, :n) = old%normal(:, :n)
-         list%pressure(:n) = old%pressure(:n)
-         list%bend(:n) = old%bend(:n)
-         list%x(:, :n) = old%x(:, :n)
-      end subroutine resize
    end subroutine add_force
 end module rod_load

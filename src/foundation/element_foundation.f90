@@ -17,7 +17,7 @@ module element_foundation
    use ordering, only: ascending
    implicit none
    private
-   public :: foundation_forces
+   public :: foundation_forces, all_foundation_forces
 
 contains
 
@@ -30,6 +30,17 @@ contains
       call clear_forces(list)
       if (problem%ground%founded(e)) call find_forces(problem, state, e, list)
    end subroutine foundation_forces
+
+   !> Quadratures of the forces of all foundations on all elements.
+   function all_foundation_forces(problem, state) result(list)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(inner_forces_t) :: list(problem%model%mesh%n_elements)
+      integer :: e
+      do e = 1, size(list)
+         call foundation_forces(problem, state, e, list(e))
+      end do
+   end function all_foundation_forces
 
    !> Computes the quadrature for an element on which foundations act. A separate procedure, because its work arrays take time to
    !> set up.
@@ -115,22 +126,22 @@ contains
             & push = min(max(state%push(number, c), push - spring * rounding), push + spring * rounding)
          t = [normal(2), -normal(1)]
          call add_force(list, q)
-         list%tau(q) = tau
-         list%weight(q) = weight
-         call stage_basis(problem%tableau(s), tau, list%basis(:, q))
-         list%force(:, q) = push * normal
-         list%spring(q) = spring
-         list%sway(:, 1, q) = -(push * bend) * t * t(1)
-         list%sway(:, 2, q) = -(push * bend) * t * t(2)
+         list%at(q)%tau = tau
+         list%at(q)%weight = weight
+         call stage_basis(problem%tableau(s), tau, list%at(q)%basis)
+         list%at(q)%force = push * normal
+         list%at(q)%spring = spring
+         list%at(q)%sway(:, 1) = -(push * bend) * t * t(1)
+         list%at(q)%sway(:, 2) = -(push * bend) * t * t(2)
          associate (motion => problem%model%step(problem%step)%load%motion(:, obstacle))
-            list%approach(q) = dot_product(normal, motion) + closing_rate(problem, problem%ground%chain, c)
-            list%rate(:, q) = matmul(list%sway(:, :, q), motion)
+            list%at(q)%approach = dot_product(normal, motion) + closing_rate(problem, problem%ground%chain, c)
+            list%at(q)%rate = matmul(list%at(q)%sway, motion)
          end associate
-         list%source(q) = c
-         list%normal(:, q) = normal
-         list%pressure(q) = push
-         list%bend(q) = bend
-         list%x(:, q) = x
+         list%at(q)%source = c
+         list%at(q)%normal = normal
+         list%at(q)%pressure = push
+         list%at(q)%bend = bend
+         list%at(q)%x = x
       end subroutine add_point
    end subroutine find_forces
 end module element_foundation

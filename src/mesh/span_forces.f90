@@ -232,14 +232,14 @@ contains
             & (shear(1) - shear(2))
          call foundation_forces(problem, state, e, inner)
          do k = 1, inner%n
-            force(1:2) = force(1:2) - (length * inner%weight(k)) * inner%force(:, k)
+            force(1:2) = force(1:2) - (length * inner%at(k)%weight) * inner%at(k)%force
          end do
          moment = ends(3, 1) - ends(3, 2) + place(1, 1) * ends(2, 1) - place(2, 1) * ends(1, 1) - place(1, 2) * ends(2, 2) + &
             & place(2, 2) * ends(1, 2) - 0.5_wp * load%pressure * (dot_product(place(:, 2), place(:, 2)) - &
             & dot_product(place(:, 1), place(:, 1)))
          do k = 1, inner%n
-            x = inner%x(:, k) - middle
-            moment = moment - (length * inner%weight(k)) * (x(1) * inner%force(2, k) - x(2) * inner%force(1, k))
+            x = inner%at(k)%x - middle
+            moment = moment - (length * inner%at(k)%weight) * (x(1) * inner%at(k)%force(2) - x(2) * inner%at(k)%force(1))
          end do
          ! The curvature has kinks where two pieces of the track join.
          part = [0.0_wp, track_joints(problem, state, e), 1.0_wp]

@@ -7,9 +7,7 @@ module converged_state
    use linear_system, only: system_t, contact_reaction
    use contact_set, only: overlap_allowed, sign_slack
    use touchdown_points, only: touchdown_t, misfit
-   use element_foundation, only: foundation_forces
    use ground_following, only: mark_step, mark_spring
-   use rod_load, only: inner_forces_t
    implicit none
    private
    public :: constraint_residual, contact_holds, keep_resultants, keep_couples
@@ -82,7 +80,6 @@ contains
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
-      type(inner_forces_t) :: inner
       integer :: c, e
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) then
@@ -96,10 +93,8 @@ contains
       call keep_couples(problem, system, state)
       do e = 1, problem%model%mesh%n_elements
          if (.not. collocates(problem%model%mesh%family(e))) state%z(:problem%z_size(e), e) = system%op(:problem%z_size(e), 1, e)
-         if (.not. problem%ground%founded(e)) cycle
-         call foundation_forces(problem, state, e, inner)
-         state%grounded(e) = inner%n > 0
       end do
+      state%grounded = system%inner%n > 0
    end subroutine keep_resultants
 
    !> Stores the couples that obstacles exert on those nodes that must keep the direction of the obstacle's surface

@@ -11,8 +11,6 @@ module ground_pressures
    use rod_state, only: state_t
    use linear_system, only: system_t, worst_round_off, to_global
    use bordered_system, only: resultant_rates
-   use element_foundation, only: foundation_forces
-   use rod_load, only: inner_forces_t
    use rod_profile, only: profile_t, new_profile, profile_rate
    use force_law, only: carries
    use text, only: to_text, rounded
@@ -33,7 +31,6 @@ contains
       real(wp), intent(in) :: x(:), y               !! unknowns and load factor of the step, as returned by solve_bordered
       type(state_t), intent(in) :: before
       type(state_t), intent(inout) :: after
-      type(inner_forces_t) :: list
       type(profile_t) :: profile
       real(wp) :: rate(size(system%op, 1), problem%model%mesh%n_elements), du(6), change(3)
       integer :: e, i, q, z, place(problem%ground%chain%n)
@@ -43,19 +40,17 @@ contains
          if (.not. problem%ground%founded(e)) cycle
          if (.not. any([(carries(before%segment(problem%ground%candidate(i))), &
             & i=problem%ground%first(e), problem%ground%first(e + 1) - 1)])) cycle
-         call foundation_forces(problem, before, e, list)
          profile = new_profile(problem, before, e)
          z = problem%z_size(e)
          rate(:z, e) = rate(:z, e) + system%op(:z, 7, e)
          du(1:3) = to_global(problem, system, x, problem%model%mesh%node(1, e))
          du(4:6) = to_global(problem, system, x, problem%model%mesh%node(2, e))
-         do q = 1, list%n
-            associate (c => list%source(q))
+         do q = 1, system%inner(e)%n
+            associate (at => system%inner(e)%at(q), c => system%inner(e)%at(q)%source)
                if (.not. carries(before%segment(c))) cycle
                place(c) = place(c) + 1
-               change = profile_rate(problem, before, profile, list%tau(q), du, rate(:z, e), y)
-               after%push(place(c), c) = list%pressure(q) + list%spring(q) * (y * list%approach(q) - &
-                  & dot_product(list%normal(:, q), change(1:2)))
+               change = profile_rate(problem, before, profile, at%tau, du, rate(:z, e), y)
+               after%push(place(c), c) = at%pressure + at%spring * (y * at%approach - dot_product(at%normal, change(1:2)))
             end associate
          end do
       end do
@@ -79,7 +74,7 @@ contains
       element = 0
       obstacle = 0
       do e = 1, problem%model%mesh%n_elements
-         if (.not. (state%grounded(e) .or. system%grip(e) > 0)) cycle
+         if (.not. (state%grounded(e) .or. system%inner(e)%n > 0)) cycle
          if (.not. collocates(problem%model%mesh%family(e))) cycle
          do i = problem%ground%first(e), problem%ground%first(e + 1) - 1
             associate (o => problem%ground%chain%obstacle(problem%ground%candidate(i)))

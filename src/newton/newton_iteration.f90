@@ -174,7 +174,7 @@ contains
       integer, allocatable :: grip(:)
       newton%refactor = newton%number <= newton%tangent_updates .or. any(newton%step%active .neqv. state%active)
       spring = system%spring
-      grip = system%grip
+      grip = system%inner%n
       newton%correction = 0.0_wp
       newton%largest = huge(newton%largest)
       if (newton%step%flipped) then
@@ -185,7 +185,7 @@ contains
          call take_step()
       end if
       newton%corrections = [newton%corrections, newton%largest]
-      if (any(system%grip /= grip)) then
+      if (any(system%inner%n /= grip)) then
          newton%last_change = newton%number
          newton%refactor = .true.
       end if

@@ -11,8 +11,6 @@ module foundation_force_functional
    use ge_in_state, only: ge_at
    use ge_stages, only: ge_stages_t, find_stages, ge_direction_rates
    use gauss_tableau, only: max_stages, stage_basis
-   use element_foundation, only: foundation_forces
-   use rod_load, only: inner_forces_t
    use ground_regions, only: foundation_totals
    use conforming_span, only: conforming_state_t, conforming_track
    use obstacle_track, only: track_t
@@ -33,13 +31,14 @@ contains
    end function has_foundation
 
    !> Sum of an obstacle's distributed foundation forces: one component, or the sum of the normal forces.
-   real(wp) function foundation_force_sum(problem, state, obstacle, component) result(total)
+   real(wp) function foundation_force_sum(problem, state, system, obstacle, component) result(total)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system       !! assembled at `state`
       integer, intent(in) :: obstacle
       integer, intent(in) :: component           !! 1: force in x, 2: force in y, 3: sum of normal forces
       real(wp) :: founded(3, size(problem%model%obstacle))
-      call foundation_totals(problem, state, founded)
+      call foundation_totals(problem, state, system%inner, founded)
       total = founded(component, obstacle)
    end function foundation_force_sum
 
@@ -53,7 +52,6 @@ contains
       type(functional_t) :: number
       real(wp) :: by_node(3, problem%model%mesh%n_nodes) ! (3, nodes) gradient, global axes
       real(wp) :: by_load(size(state%z, 1), problem%model%mesh%n_elements), none(system%n), du(6), part
-      type(inner_forces_t) :: inner
       type(ge_stages_t) :: stages
       integer :: e, i, q, z
       number%estimated = .false.
@@ -61,14 +59,13 @@ contains
       by_load = resultant_rates(problem, system, none, 1.0_wp)
       by_node = 0.0_wp
       do e = 1, problem%model%mesh%n_elements
-         if (.not. problem%ground%founded(e)) cycle
-         call foundation_forces(problem, state, e, inner)
-         if (inner%n == 0) cycle
-         if (.not. any(problem%ground%chain%obstacle(inner%source(:inner%n)) == obstacle)) cycle
-         do q = 1, inner%n
-            if (problem%ground%chain%obstacle(inner%source(q)) == obstacle) number%value = number%value + &
-               & state%geometry%element(e)%length * inner%weight(q) * merge(inner%force(min(component, 2), q), inner%pressure(q), &
-               & component < 3)
+         if (system%inner(e)%n == 0) cycle
+         if (.not. any(problem%ground%chain%obstacle(system%inner(e)%at(:system%inner(e)%n)%source) == obstacle)) cycle
+         do q = 1, system%inner(e)%n
+            associate (at => system%inner(e)%at(q))
+               if (problem%ground%chain%obstacle(at%source) == obstacle) number%value = number%value + &
+                  & state%geometry%element(e)%length * at%weight * merge(at%force(min(component, 2)), at%pressure, component < 3)
+            end associate
          end do
          if (problem%conforms(e) == 0) call find_stages(problem%tableau(problem%model%mesh%stages(e)), ge_at(problem, state, e), &
             & stages)
@@ -104,20 +101,22 @@ contains
          change = 0.0_wp
          associate (g => state%geometry%element(e))
             if (problem%conforms(e) == 0) rho = ge_direction_rates(stages, du, dz, y)
-            do q = 1, inner%n
-               if (problem%ground%chain%obstacle(inner%source(q)) /= obstacle) cycle
-               if (problem%conforms(e) > 0) then
-                  call conforming_change(problem, state, e, inner%tau(q), kept, du, dz, y, force)
-               else
-                  force = du(1:2) + g%length * g%scale * matmul(rho(:, :s), inner%basis(:s, q))
-               end if
-               force = y * inner%rate(:, q) - matmul(inner%sway(:, :, q), force) + (inner%spring(q) * (y * inner%approach(q) - &
-                  & dot_product(inner%normal(:, q), force))) * inner%normal(:, q)
-               if (component < 3) then
-                  change = change + g%length * inner%weight(q) * force(component)
-               else
-                  change = change + g%length * inner%weight(q) * dot_product(inner%normal(:, q), force)
-               end if
+            do q = 1, system%inner(e)%n
+               associate (at => system%inner(e)%at(q))
+                  if (problem%ground%chain%obstacle(at%source) /= obstacle) cycle
+                  if (problem%conforms(e) > 0) then
+                     call conforming_change(problem, state, e, at%tau, kept, du, dz, y, force)
+                  else
+                     force = du(1:2) + g%length * g%scale * matmul(rho(:, :s), at%basis(:s))
+                  end if
+                  force = y * at%rate - matmul(at%sway, force) + &
+                     & (at%spring * (y * at%approach - dot_product(at%normal, force))) * at%normal
+                  if (component < 3) then
+                     change = change + g%length * at%weight * force(component)
+                  else
+                     change = change + g%length * at%weight * dot_product(at%normal, force)
+                  end if
+               end associate
             end do
          end associate
       end subroutine change_in_element

@@ -39,7 +39,7 @@ contains
                associate (o => monitor%obstacle, component => monitor%component)
                   total = reaction_total(state, system, acts_at_nodes(problem, state, o), component)
                   if (problem%has_spans()) total = total + span_force_sum(problem, state, o, component)
-                  if (problem%ground%chain%n > 0) total = total + foundation_force_sum(problem, state, o, component)
+                  if (problem%ground%chain%n > 0) total = total + foundation_force_sum(problem, state, system, o, component)
                end associate
             else
                total = support_force_sum(problem, state, system, m)

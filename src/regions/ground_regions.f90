@@ -9,7 +9,6 @@ module ground_regions
    use obstacle_geometry, only: has_angle, contact_angle, turns_forward, unwrap_angle
    use force_law, only: foundation_reaction
    use rod_layout, only: segment_element
-   use element_foundation, only: foundation_forces
    use rod_profile, only: profile_place, profile_angle
    use ground_segments, only: gap_in_state
    use element_gap, only: element_gap_t, gap_root_t, gap_parts, gap_value, gap_extreme, root_factor, is_at, most_parts, most_samples
@@ -336,38 +335,36 @@ contains
 
    !> Computes the distributed reactions of foundations as forces at the nodes of their chains; a force at a point of an element is
    !> distributed linearly to the two nodes of the element.
-   subroutine ground_reaction(problem, state, reaction)
+   subroutine ground_reaction(problem, state, inner, reaction)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
+      type(inner_forces_t), intent(in) :: inner(:) !! (elements) forces of foundations at `state`
       real(wp), intent(out) :: reaction(:)       !! (candidates of the foundations' chains) reaction forces
-      type(inner_forces_t) :: inner
       real(wp) :: share
       integer :: e, q, c
       reaction = 0.0_wp
       if (problem%ground%chain%n == 0) return
       do e = 1, problem%model%mesh%n_elements
-         if (.not. problem%ground%founded(e)) cycle
-         call foundation_forces(problem, state, e, inner)
-         do q = 1, inner%n
-            c = inner%source(q)
-            share = state%geometry%element(e)%length * inner%weight(q) * inner%pressure(q)
-            reaction(c) = reaction(c) + (1.0_wp - inner%tau(q)) * share
+         do q = 1, inner(e)%n
+            c = inner(e)%at(q)%source
+            share = state%geometry%element(e)%length * inner(e)%at(q)%weight * inner(e)%at(q)%pressure
+            reaction(c) = reaction(c) + (1.0_wp - inner(e)%at(q)%tau) * share
             c = problem%ground%chain%neighbour(2, c)
-            reaction(c) = reaction(c) + inner%tau(q) * share
+            reaction(c) = reaction(c) + inner(e)%at(q)%tau * share
          end do
       end do
    end subroutine ground_reaction
 
    !> Computes the distributed reaction of one contact as forces at the deck's nodes of this contact, and the force per stress-free
    !> length at these nodes, which need not be nodes of the mesh.
-   subroutine deck_ground_reaction(problem, state, contact, gap, reaction, density)
+   subroutine deck_ground_reaction(problem, state, inner, contact, gap, reaction, density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
+      type(inner_forces_t), intent(in) :: inner(:) !! (elements) forces of foundations at `state`
       integer, intent(in) :: contact             !! index into model%contact of a contact with distributed reactions
       real(wp), intent(in) :: gap(:)             !! (nodes of the contact in the deck) gaps
       real(wp), intent(out) :: reaction(:), density(:) !! (nodes of the contact in the deck) reaction forces; forces per stress-free
       !! length
-      type(inner_forces_t) :: inner
       integer :: row(problem%deck%mesh%n_nodes), e, q, i, k
       real(wp) :: at, share, part
       do i = 1, size(gap)
@@ -377,13 +374,11 @@ contains
       row(problem%deck%contact(contact)%node) = [(i, i=1, size(gap))]
       reaction = 0.0_wp
       do e = 1, problem%model%mesh%n_elements
-         if (.not. problem%ground%founded(e)) cycle
-         call foundation_forces(problem, state, e, inner)
          associate (whole => problem%layout%rod_segment(problem%rod_segment(e)), s => state%geometry%element(e)%s)
-            do q = 1, inner%n
-               if (problem%ground%chain%contact(inner%source(q)) /= contact) cycle
-               share = state%geometry%element(e)%length * inner%weight(q) * inner%pressure(q)
-               at = s(1) + inner%tau(q) * (s(2) - s(1)) + problem%origin(e)
+            do q = 1, inner(e)%n
+               if (problem%ground%chain%contact(inner(e)%at(q)%source) /= contact) cycle
+               share = state%geometry%element(e)%length * inner(e)%at(q)%weight * inner(e)%at(q)%pressure
+               at = s(1) + inner(e)%at(q)%tau * (s(2) - s(1)) + problem%origin(e)
                k = segment_element(whole, at)
                part = (at - whole%at(k)) / (whole%at(k + 1) - whole%at(k))
                do i = 0, 1
@@ -410,20 +405,19 @@ contains
    end function pressure_at
 
    !> For each obstacle, computes the resultant force (x, y) of its distributed foundations and the sum of their normal reactions.
-   subroutine foundation_totals(problem, state, total)
+   subroutine foundation_totals(problem, state, inner, total)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
+      type(inner_forces_t), intent(in) :: inner(:) !! (elements) forces of foundations at `state`
       real(wp), intent(out) :: total(:, :)       !! (3, obstacles) force in x, force in y, sum of normal reactions
-      type(inner_forces_t) :: inner
       integer :: e, q
       total = 0.0_wp
       if (problem%ground%chain%n == 0) return
       do e = 1, problem%model%mesh%n_elements
-         if (.not. problem%ground%founded(e)) cycle
-         call foundation_forces(problem, state, e, inner)
-         do q = 1, inner%n
-            associate (sum_here => total(:, problem%ground%chain%obstacle(inner%source(q))))
-               sum_here = sum_here + state%geometry%element(e)%length * inner%weight(q) * [inner%force(:, q), inner%pressure(q)]
+         do q = 1, inner(e)%n
+            associate (sum_here => total(:, problem%ground%chain%obstacle(inner(e)%at(q)%source)))
+               sum_here = sum_here + state%geometry%element(e)%length * inner(e)%at(q)%weight * &
+                  & [inner(e)%at(q)%force, inner(e)%at(q)%pressure]
             end associate
          end do
       end do

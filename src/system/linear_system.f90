@@ -27,7 +27,7 @@ module linear_system
    use ge_in_state, only: ge_at
    use ge_stages, only: ge_directions
    use gauss_tableau, only: max_stages
-   use rod_load, only: ge_load_t, largest_line, inner_forces_t
+   use rod_load, only: ge_load_t, largest_line
    implicit none
    private
    public :: system_t, new_system, assemble, sum_elements, contact_pull, matrix_to_node, turn_pair, to_node, to_global, &
@@ -47,7 +47,6 @@ contains
       real(wp) :: defect(3), worst(3), shift(6, 2)
       type(rolled_t) :: roll
       type(pose_t) :: pose
-      type(inner_forces_t) :: inner
 
       call timing_start(phase_elements)
       system%ok = .true.
@@ -55,9 +54,8 @@ contains
       worst = 0.0_wp
       do e = 1, problem%model%mesh%n_elements
          call evaluate_rod(problem, state, base, e, system%ef(:, e), system%eraw(:, e), system%ek(:, :, e), &
-            & system%el(:, e), system%op(:, :, e), defect, ok, inner, shift)
+            & system%el(:, e), system%op(:, :, e), defect, ok, system%inner(e), shift)
          if (size(system%eshift, 3) > 0) system%eshift(:, :, e) = shift
-         system%grip(e) = inner%n
          system%ok = system%ok .and. ok
          if (ok) worst = max(worst, defect)
       end do

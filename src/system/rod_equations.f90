@@ -199,11 +199,13 @@ contains
          rho = ge_direction_rates(stages, du, dz(:z), 1.0_wp)
          associate (g => element%g)
             do q = 1, inner%n
-               d = du(1:2) + g%length * g%scale * matmul(rho(:, :s), inner%basis(:s, q))
-               along = [inner%normal(2, q), -inner%normal(1, q)]
-               change = part_of_load * inner%bend(q) * inner%spring(q) * (inner%approach(q) - dot_product(inner%normal(:, q), d))
-               pressed%sway(:, 1, q) = inner%sway(:, 1, q) - change * along * along(1)
-               pressed%sway(:, 2, q) = inner%sway(:, 2, q) - change * along * along(2)
+               associate (at => inner%at(q))
+                  d = du(1:2) + g%length * g%scale * matmul(rho(:, :s), at%basis(:s))
+                  along = [at%normal(2), -at%normal(1)]
+                  change = part_of_load * at%bend * at%spring * (at%approach - dot_product(at%normal, d))
+                  pressed%at(q)%sway(:, 1) = at%sway(:, 1) - change * along * along(1)
+                  pressed%at(q)%sway(:, 2) = at%sway(:, 2) - change * along * along(2)
+               end associate
             end do
          end associate
       end subroutine press

@@ -13,6 +13,7 @@ module system_type
    use active_coupling, only: active_coupling_t
    use axial_rigidity, only: rigidity_t, new_rigidity
    use node_matrices, only: node_matrices_t
+   use rod_load, only: inner_forces_t
    implicit none
    private
    public :: system_t, new_system
@@ -62,8 +63,7 @@ module system_type
       ! Element data: stiffness ek, end forces ef if the equations inside the element are satisfied, end forces eraw for the stored
       ! section forces as they are, load derivatives el, update operators op of the stored unknowns:
       real(wp), allocatable :: ek(:, :, :), ef(:, :), eraw(:, :), el(:, :), op(:, :, :)
-      integer, allocatable :: grip(:) !! (elements) number of quadrature points of foundations in that part of the element that is
-      !! in contact
+      type(inner_forces_t), allocatable :: inner(:) !! (elements) forces of foundations inside the element
       real(wp), allocatable :: eshift(:, :, :) !! (6, 2, elements) element matrix times a unit translation in x and in y, node axes
       ! Border of the equations: load column and constraint row, see bordered_system:
       real(wp), allocatable :: tangent(:)       !! (n) path tangent: derivative of the unknowns by the load factor, node axes
@@ -119,7 +119,7 @@ contains
       allocate (system%tangent_stretch(2, system%rigidity%n), source=0.0_wp)
       allocate (system%ek(6, 6, elements), system%ef(6, elements), system%eraw(6, elements), system%el(6, elements))
       allocate (system%op(z, ge_columns, elements))
-      allocate (system%grip(elements), source=0)
+      allocate (system%inner(elements))
       allocate (system%eshift(6, 2, merge(elements, 0, any(problem%ground%founded .or. problem%immersed))))
       associate (list => problem%candidates)
          allocate (system%gap(list%n), system%normal(2, list%n), system%bend(list%n), system%slope(list%n))

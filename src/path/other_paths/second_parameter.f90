@@ -10,6 +10,7 @@ module second_parameter
    use problem, only: problem_t, copy_problem, new_problem, derive_problem
    use span_problem, only: same_spans, place_spans
    use candidates, only: candidates_t
+   use element_foundation, only: all_foundation_forces
    use ground_regions, only: ground_reaction
    use force_law, only: segment_unknown
    use rod_state, only: state_t, unknown_push
@@ -166,7 +167,7 @@ contains
       subroutine touch_nodes()
          integer :: k, place
          real(wp) :: share(from%ground%chain%n)
-         call ground_reaction(from, state, share)
+         call ground_reaction(from, state, all_foundation_forces(from, state), share)
          carried%grounded = to%ground%founded
          carried%segment = spread(segment_unknown, 1, to%ground%chain%n)
          carried%push = spread(spread(unknown_push, 1, size(state%push, 1)), 2, to%ground%chain%n)

@@ -137,7 +137,7 @@ contains
                   & count(state%grounded)
             end if
             allocate (totals(3, size(problem%model%obstacle)))
-            call foundation_totals(problem, state, totals)
+            call foundation_totals(problem, state, system%inner, totals)
             point%obstacle_force = totals(1:2, :) + sum(spans%force(1:2, :, :), 2)
             point%reaction_total = sum(spans%force(3, :, :), 2)
             do c = 1, problem%candidates%n
@@ -150,7 +150,7 @@ contains
             end do
             if (problem%ground%chain%n > 0) then
                allocate (shares(problem%ground%chain%n))
-               call ground_reaction(problem, state, shares)
+               call ground_reaction(problem, state, system%inner, shares)
                do c = 1, problem%ground%chain%n
                   associate (total => point%reaction_total(problem%ground%chain%contact(c)))
                      total = total + shares(c)
@@ -220,7 +220,7 @@ contains
                      call node_shares(problem, state, k, point%reaction(n + 1:n + size(node)), &
                         & point%reaction_density(n + 1:n + size(node)))
                   else if (problem%model%contact(k)%distributed) then
-                     call deck_ground_reaction(problem, state, k, point%gap(n + 1:n + size(node)), &
+                     call deck_ground_reaction(problem, state, system%inner, k, point%gap(n + 1:n + size(node)), &
                         & point%reaction(n + 1:n + size(node)), point%reaction_density(n + 1:n + size(node)))
                   else
                      call take_reactions(k, rows, n, reaction, density)
