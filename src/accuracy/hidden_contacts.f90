@@ -15,7 +15,7 @@ module hidden_contacts
    use problem, only: problem_t
    use rod_state, only: state_t
    use path_record, only: region_t
-   use element_gap, only: element_gap_t, gap_value, gap_extreme
+   use element_gap, only: element_gap_t, gap_value, gap_extreme, most_samples
    use rod_profile, only: profile_error_bound
    use ground_regions, only: find_ground_regions, part_of_range, rounds
    use ground_segments, only: gap_uncertainty, follows, gap_in_state, mean_gap_and_waves, gap_rounding
@@ -41,10 +41,11 @@ contains
       logical :: doubtful(problem%model%mesh%n_elements)
       type(region_t), allocatable :: regions(:)
       type(element_gap_t) :: gap
-      real(wp) :: range(2), known, settled, waves(2), peak, at, place, rounding
+      real(wp) :: range(2), known, settled, wave(2), waves, peak, at, rounding
+      real(wp), dimension(0:most_samples) :: place, value, uncertainty ! samples in an element: place, gap, its largest error
       logical :: waits(problem%model%mesh%n_elements)   ! true: the element is in the list `waiting`
       integer :: waiting(problem%model%mesh%n_elements) ! elements passed since the last place of certain contact
-      integer :: n_waiting, k, c, j, e, round
+      integer :: n_waiting, k, c, j, e, round, last
       logical :: certain                         ! true: a place of certain contact was found before in this region
       logical :: rounds_off                      ! true: the uncertainty of the gap is only rounding
       doubtful = .false.
@@ -62,21 +63,31 @@ contains
                if (problem%ground%chain%bilateral(c)) cycle
                e = problem%ground%chain%element(2, c)
                if (.not. follows(problem, state, c)) then
-                  call mean_gap_and_waves(problem, state, c, settled, waves)
-                  call check_decayed_wave(waves(1))
+                  call mean_gap_and_waves(problem, state, c, settled, wave)
+                  call check_decayed_wave(wave(1))
                   call check_decayed_wave(0.0_wp)
-                  call check_decayed_wave(waves(2))
+                  call check_decayed_wave(wave(2))
                   cycle
                end if
                gap = gap_in_state(problem, state, c)
                known = gap_uncertainty(gap, rounding)
                rounds_off = known < 2.0_wp * rounding
-               call gap_extreme(problem, gap, .true., range(1), range(2), peak, at)
-               do j = 0, gap%samples
-                  place = range(1) + (range(2) - range(1)) * j / gap%samples
-                  if (j > 0 .and. at > range(1) + (range(2) - range(1)) * (j - 1) / gap%samples .and. at < place) &
+               last = gap%samples
+               do j = 0, last
+                  place(j) = range(1) + (range(2) - range(1)) * j / last
+                  value(j) = gap_value(problem, gap, place(j))
+                  uncertainty(j) = max(known, profile_error_bound(gap%profile, place(j)))
+               end do
+               ! Second differences bound what the gap exceeds its samples by. Where that leaves contact certain, the largest gap
+               ! between the samples is not needed.
+               waves = maxval(abs(value(:last - 2) - 2.0_wp * value(1:last - 1) + value(2:last)))
+               at = range(1)
+               if (maxval(value(:last)) + waves >= -maxval(uncertainty(:last))) &
+                  & call gap_extreme(problem, gap, .true., range(1), range(2), peak, at)
+               do j = 0, last
+                  call classify(value(j), uncertainty(j))
+                  if (at > place(j) .and. at < place(min(j + 1, last))) &
                      & call classify(peak, max(known, profile_error_bound(gap%profile, at)))
-                  call classify(gap_value(problem, gap, place), max(known, profile_error_bound(gap%profile, place)))
                end do
             end do
          end do

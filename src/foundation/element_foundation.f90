@@ -10,6 +10,7 @@ module element_foundation
    use problem, only: problem_t
    use rod_state, only: state_t, closing_rate, unknown_push, rounding_steps
    use element_gap, only: element_gap_t, ground_gap, gap_and_gradient, gap_parts, gap_crossings, most_crossings, most_parts
+   use rod_profile, only: new_profile
    use force_law, only: foundation_reaction, carries, segment_open, segment_unknown
    use gauss_tableau, only: stage_basis
    use ground_segments, only: follows
@@ -60,7 +61,7 @@ contains
          c = problem%ground%candidate(i)
          obstacle = problem%ground%chain%obstacle(c)
          if (state%segment(c) == segment_open) cycle
-         gap = ground_gap(problem, state, c)
+         gap = ground_gap(problem, state, c, new_profile(problem, state, e))
          call gap_parts(problem, gap, n, part)
          if (n == 0) cycle
          corners = 0

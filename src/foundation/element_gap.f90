@@ -9,7 +9,7 @@ module element_gap
    use element_families, only: collocates
    use candidates, only: candidates_t
    use rod_state, only: state_t, pose_of, candidate_offset, element_displacement
-   use rod_profile, only: profile_t, new_profile, mended_by, profile_point
+   use rod_profile, only: profile_t, mended_by, profile_point
    use obstacle_geometry, only: moved_gap
    use obstacle_pose, only: pose_t
    use gauss_tableau, only: max_stages
@@ -56,14 +56,15 @@ module element_gap
 contains
 
    !> Gap function on the element after a candidate of contact or of a foundation.
-   pure function new_element_gap(problem, state, list, candidate) result(gap)
+   pure function new_element_gap(problem, state, list, candidate, profile) result(gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(candidates_t), intent(in) :: list
       integer, intent(in) :: candidate          !! candidate that has an element after it
+      type(profile_t), intent(in) :: profile    !! profile of this element in the state
       type(element_gap_t) :: gap
+      gap%profile = profile
       associate (e => list%element(2, candidate))
-         gap%profile = new_profile(problem, state, e)
          gap%samples = 4
          if (collocates(problem%model%mesh%family(e))) gap%samples = 2 * problem%model%mesh%stages(e) + 2
          gap%touching = touching_gap(problem, state, e)
@@ -76,12 +77,13 @@ contains
    end function new_element_gap
 
    !> Gap function on the element after a candidate of the foundations' chain, with the state's segment of the law.
-   pure function ground_gap(problem, state, candidate) result(gap)
+   pure function ground_gap(problem, state, candidate, profile) result(gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate
+      integer, intent(in) :: candidate          !! candidate that has an element after it
+      type(profile_t), intent(in) :: profile    !! profile of this element in the state
       type(element_gap_t) :: gap
-      gap = new_element_gap(problem, state, problem%ground%chain, candidate)
+      gap = new_element_gap(problem, state, problem%ground%chain, candidate, profile)
       gap%segment = state%segment(candidate)
    end function ground_gap
 

@@ -12,15 +12,17 @@ module ground_segments
    use problem, only: problem_t
    use rod_state, only: state_t
    use force_law, only: law_segment, segment_slope, carries, segment_open, segment_unknown
-   use element_gap, only: element_gap_t, ground_gap, gap_and_gradient, gap_value, gap_extreme, gap_crossings, most_crossings
-   use rod_profile, only: mend_ends, profile_error, profile_angle
+   use element_gap, only: element_gap_t, ground_gap, gap_and_gradient, gap_value, gap_extreme, gap_crossings, gap_parts, &
+      & most_crossings
+   use rod_profile, only: profile_t, keep_profile, mend_ends, profile_error, profile_angle
+   use ge_in_state, only: ge_here_t
    use element_families, only: collocates
    use state_transfer, only: find_point
    use gauss_tableau, only: max_stages
    implicit none
    private
    public :: has_kinks, follows, assign_segments, assign_found_segments, segments_hold, element_cuts, crosses_at, segment_at
-   public :: segment_stiffness, is_cut, gap_uncertainty, followed_part, stiffest, decay_length, gap_in_state
+   public :: segment_stiffness, is_cut, gap_uncertainty, followed_part, stiffest, decay_length, gap_in_state, pressed_parts
    public :: mean_gap_and_waves, gap_rounding
 
    real(wp), parameter :: noise = 1.0e3_wp * epsilon(1.0_wp) !! rounding error of gaps plus residual of Newton's method, over the
@@ -104,13 +106,33 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       type(element_gap_t) :: gap
-      gap = ground_gap(problem, state, candidate)
+      type(profile_t) :: profile
+      type(ge_here_t) :: here
       associate (e => problem%ground%chain%element(2, candidate))
-         if (.not. collocates(problem%model%mesh%family(e)) .or. problem%compliance(e)%shear > 0.0_wp .or. &
-            & problem%conforms(e) > 0) return
+         call keep_profile(problem, state, e, profile, here)
+         if (collocates(problem%model%mesh%family(e)) .and. .not. problem%compliance(e)%shear > 0.0_wp .and. &
+            & problem%conforms(e) == 0) then
+            if (follows(problem, state, candidate)) call mend_ends(problem, state, profile, 3, here)
+         end if
       end associate
-      if (follows(problem, state, candidate)) call mend_ends(problem, state, gap%profile, 3)
+      gap = ground_gap(problem, state, candidate, profile)
    end function gap_in_state
+
+   !> Finds the parts of the element after a candidate that are in contact, in ascending order. The gap decides only where the state
+   !> prescribes no segment of the law.
+   subroutine pressed_parts(problem, state, candidate, n, part)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      integer, intent(out) :: n                 !! number of parts
+      real(wp), intent(out) :: part(:, :)       !! (2, most_parts) beginning and end of each part, 0 to 1
+      type(element_gap_t) :: gap
+      n = merge(0, 1, state%segment(candidate) == segment_open)
+      part(:, 1) = [0.0_wp, 1.0_wp]
+      if (problem%ground%chain%bilateral(candidate) .or. state%segment(candidate) /= segment_unknown) return
+      gap = gap_in_state(problem, state, candidate)
+      call gap_parts(problem, gap, n, part)
+   end subroutine pressed_parts
 
    !> For an element too long for its foundation: the mean gap, and the amplitudes of the waves that decay into the element from its
    !> nodes, (A cos b s + B sin b s) / exp(b s) at the distance s from a node, with 4 b^4 = k/EI, the foundation's stiffness k, and

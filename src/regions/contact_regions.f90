@@ -15,6 +15,7 @@ module contact_regions
    use obstacle_pose, only: pose_t
    use obstacle_geometry, only: obstacle_gap, has_angle, contact_angle, turns_forward, unwrap_angle, contact_curvature
    use rod_equations, only: local_forces, rod_direction
+   use rod_profile, only: new_profile
    use element_gap, only: element_gap_t, new_element_gap, gap_parts, most_parts
    use ground_regions, only: find_ground_regions, chain_place
    use path_record, only: region_t
@@ -274,7 +275,9 @@ contains
       integer :: first, n
       first = candidate
       if (side == 1) first = problem%candidates%neighbour(1, candidate)
-      gap = new_element_gap(problem, state, problem%candidates, first)
+      associate (e => problem%candidates%element(2, first))
+         gap = new_element_gap(problem, state, problem%candidates, first, new_profile(problem, state, e))
+      end associate
       call gap_parts(problem, gap, n, part)
       beyond = 0.0_wp
       if (n == 0) return

@@ -10,8 +10,8 @@ module ground_regions
    use force_law, only: foundation_reaction
    use rod_layout, only: segment_element
    use rod_profile, only: profile_place, profile_angle
-   use ground_segments, only: gap_in_state
-   use element_gap, only: element_gap_t, gap_root_t, gap_parts, gap_value, gap_extreme, root_factor, is_at, most_parts, most_samples
+   use ground_segments, only: gap_in_state, pressed_parts
+   use element_gap, only: element_gap_t, gap_root_t, gap_value, gap_extreme, root_factor, is_at, most_parts, most_samples
    use reference_curve, only: curve_length
    use rod_load, only: inner_forces_t
    use path_record, only: region_t
@@ -30,7 +30,6 @@ contains
       type(state_t), intent(in) :: state
       type(region_t), allocatable :: regions(:)
       type(region_t) :: region
-      type(element_gap_t) :: gap
       real(wp) :: part(2, most_parts), h
       integer :: c, e, i, n, first, next
       logical :: open_end
@@ -56,8 +55,7 @@ contains
                open_end = .false.
             end if
             h = state%geometry%element(e)%length
-            gap = gap_in_state(problem, state, c)
-            call gap_parts(problem, gap, n, part)
+            call pressed_parts(problem, state, c, n, part)
             if (n == 0) open_end = .false.
             do i = 1, n
                if (i == 1 .and. open_end .and. part(1, 1) <= 0.0_wp) then
@@ -105,11 +103,13 @@ contains
          real(wp), intent(in) :: tau
          real(wp), intent(out) :: s, angle
          real(wp) :: x(2), theta
+         type(element_gap_t) :: gap
          type(pose_t) :: pose
          s = chain_place(problem, state, problem%ground%chain, candidate) + tau * h
          angle = ieee_value(angle, ieee_quiet_nan)
          associate (obstacle => problem%ground%chain%obstacle(candidate))
             if (.not. has_angle(problem%model%obstacle(obstacle))) return
+            gap = gap_in_state(problem, state, candidate)
             pose = pose_of(problem, state, obstacle)
             x = pose%own_place(profile_place(problem, gap%profile, tau))
             theta = profile_angle(problem, state, gap%profile, tau)
