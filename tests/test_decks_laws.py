@@ -168,14 +168,15 @@ BED = dr.example("softening-ground")
 
 def test_beam_on_ground_that_softens():
     """The force has a maximum and a minimum. Expected: w' = sin t, t' = M/EI, M' = -V cos t, V' = law(w) by shooting from an end (DOP853,
-    1e-11; EA infinite, which makes 1e-8). The bar of the load at the end falls with the order 8 of the elements."""
+    1e-11; EA infinite, which makes 1e-8). The bar of the maximum falls with the order 8 of the elements. That of the end need not: which
+    corners of the law have nodes there depends on where the points of the path lie."""
     bars = []
     for elements in (20, 40):
         run = dr.run_deck(dr.changed(BED, ("1, 2, 40", f"1, 2, {elements}"), ("NSET=MID\n22", f"NSET=MID\n{elements // 2 + 2}")))
         points = [c for c in run.results.critical]
         assert [c.label for c in points] == ["LP", "LP", "EP"]
         dr.assert_close([c.load_factor for c in points], [0.6379749554, 0.5417067550, 0.5631731545], relative=3e-8)
-        bars.append(points[-1].error)
+        bars.append(points[0].error)
     assert bars[1] < bars[0] / 2**7
 
 

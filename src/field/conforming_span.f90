@@ -9,7 +9,7 @@ module conforming_span
    use problem, only: problem_t
    use rod_state, only: state_t, element_load, pose_of, candidate_offset, closing_rate, gap_at, gap_slope
    use reference_curve, only: curve_bend, curve_scale, curve_point, curve_abscissa
-   use gauss_tableau, only: max_stages
+   use gauss_tableau, only: max_stages, end_values
    use obstacle_pose, only: pose_t
    use obstacle_track, only: track_t, track_ahead
    use rod_load, only: ge_load_t, largest_line, inner_forces_t
@@ -21,7 +21,7 @@ module conforming_span
    implicit none
    private
    public :: evaluate_conforming, conforming_state_t, conforming_forces, conforming_displacement, conforming_resultant, &
-      & conforming_track, track_below, conforming_guess, density_samples, smooth_parts, foundation_density
+      & conforming_track, conforming_slopes, track_below, conforming_guess, density_samples, smooth_parts, foundation_density
 
    integer, parameter :: density_samples = 4 !! number of equal parts of a smooth part of an element (smooth_parts); the density of
    !! the contact force is sampled at their ends
@@ -313,6 +313,29 @@ contains
          & problem%model%obstacle(problem%candidates%obstacle(problem%conforms(e))), tau, track, force)
       track = kept%pose%placed(track)
    end subroutine conforming_track
+
+   !> Derivatives of the place on the track, sigma, and of the force P (see conforming_element) by the nominal coordinate, in a
+   !> conforming element.
+   pure subroutine conforming_slopes(problem, state, e, slope)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp), intent(out) :: slope(2, 0:max_stages + 1) !! of sigma and P, at the first end (0), at the stages, and behind them at
+      !! the second end
+      type(conforming_state_t) :: here
+      integer :: i
+      here = lying(problem, state, e)
+      slope = 0.0_wp
+      associate (s => problem%model%mesh%stages(e), tab => problem%tableau(problem%model%mesh%stages(e)), &
+         & g => state%geometry%element(e))
+         slope(1, 1:s) = here%output%run(:s)
+         slope(2, 1:s) = here%output%pull(:s)
+         do i = 1, 2
+            slope(i, [0, s + 1]) = end_values(tab, slope(i, 1:s))
+         end do
+         slope = slope / (g%s(2) - g%s(1))
+      end associate
+   end subroutine conforming_slopes
 
    !> Track and force P at a point where a rod comes into line contact. Trial position and end forces need not satisfy contact yet.
    pure subroutine track_below(problem, state, e, place, angle, resultant, track, force)

@@ -6,12 +6,13 @@ module node_rates
    use rod_state, only: state_t, element_load, node_position
    use reference_curve, only: curve_point, curve_bend
    use rod_load, only: ge_load_t, line_at
-   use ge_in_state, only: ge_end, ge_here_t
+   use ge_in_state, only: ge_end, ge_here_t, keep_ge
+   use ge_stages, only: find_stage_force
    use conforming_span, only: conforming_state_t, conforming_resultant, foundation_density
-   use gauss_tableau, only: max_stages
+   use gauss_tableau, only: max_stages, end_values
    implicit none
    private
-   public :: rod_rate, rod_derivatives, rotation_rates, resultants_on_ground
+   public :: rod_rate, rod_derivatives, rotation_rates, resultants_on_ground, resultant_slopes, goes_on, next_along
 
    !> Cross section at an end of an element.
    type :: section_t
@@ -154,21 +155,15 @@ contains
       integer, intent(in) :: e
       real(wp), intent(in) :: tau !! place in the element, 0 to 1 of its stress-free length
       real(wp) :: resultant(3), at(0:max_stages + 1), weight(0:max_stages + 1), end(3)
-      integer :: i, j, n, s, next
-      logical :: goes_on
+      integer :: i, j, n, s
+      logical :: continued
       s = problem%model%mesh%stages(e)
       n = s
-      goes_on = .false.
-      next = problem%beside(2, problem%model%mesh%node(2, e))
-      if (next > 0) goes_on = problem%rod_segment(next) == problem%rod_segment(e) .and. &
-         & next /= problem%along(problem%element_first(problem%rod_segment(e)))
-      ! At a node of a contact span the force of the obstacle acts in addition.
-      if (goes_on .and. problem%has_spans()) goes_on = .not. any(problem%candidates%node == problem%model%mesh%node(2, e) .and. &
-         & problem%candidates%contact_span > 0)
-      if (goes_on) then
+      continued = goes_on(problem, e)
+      if (continued) then
          n = s + 1
          at(n) = 1.0_wp
-         end = state%z(1:3, next)
+         end = state%z(1:3, next_along(problem, e))
          if (tau >= 1.0_wp) then
             resultant = end
             return
@@ -188,6 +183,73 @@ contains
             resultant = resultant + weight(i) * [z(2 + s + 2 * i), z(3 + s + 2 * i), z(3 + i)]
          end do
       end associate
-      if (goes_on) resultant = resultant + weight(n) * end
+      if (continued) resultant = resultant + weight(n) * end
    end function resultants_on_ground
+
+   !> The next element of the same rod segment; 0: none.
+   pure integer function next_along(problem, e) result(next)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: e
+      next = problem%beside(2, problem%model%mesh%node(2, e))
+      if (next == 0) return
+      ! The last element of a closed segment is followed by the first one.
+      if (problem%rod_segment(next) /= problem%rod_segment(e) .or. &
+         & next == problem%along(problem%element_first(problem%rod_segment(e)))) next = 0
+   end function next_along
+
+   !> True if the section forces at the second end of an element are those with which the next element of its segment begins.
+   pure logical function goes_on(problem, e)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: e
+      goes_on = next_along(problem, e) > 0
+      ! At a node of a contact span the force of the obstacle acts in addition.
+      if (goes_on .and. problem%has_spans()) goes_on = .not. any(problem%candidates%node == problem%model%mesh%node(2, e) .and. &
+         & problem%candidates%contact_span > 0)
+   end function goes_on
+
+   !> Derivatives of force and moment (n_x, n_y, m) by the nominal coordinate in a GE element on a foundation. That of the force
+   !> belongs to the polynomial of resultants_on_ground; that of the moment follows from force and direction at the stages.
+   pure subroutine resultant_slopes(problem, state, e, slope)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp), intent(out) :: slope(3, 0:max_stages + 1) !! at the first end (0), at the stages, and behind the last stage at the
+      !! second end, if the section forces go on there (goes_on)
+      real(wp), dimension(0:max_stages + 1) :: at, lever
+      real(wp) :: force(2, 0:max_stages + 1)
+      type(ge_here_t) :: here
+      integer :: i, j, n, s
+      s = problem%model%mesh%stages(e)
+      call keep_ge(problem, state, e, here)
+      associate (tab => problem%tableau(s), g => here%ge%g)
+         at(0) = 0.0_wp
+         at(1:s) = tab%c(:s)
+         force(:, 0) = state%z(1:2, e)
+         slope = 0.0_wp
+         do i = 1, s
+            call find_stage_force(tab, here%ge, i, force(:, i))
+            slope(3, i) = -g%length * g%scale * (here%rho(1, i) * force(2, i) - here%rho(2, i) * force(1, i))
+         end do
+         slope(3, [0, s + 1]) = end_values(tab, slope(3, 1:s))
+         n = s
+         if (goes_on(problem, e)) then
+            n = s + 1
+            at(n) = 1.0_wp
+            force(:, n) = state%z(1:2, next_along(problem, e))
+         end if
+         ! Derivatives of Lagrange's polynomials at their own points.
+         do i = 0, n
+            lever(i) = 1.0_wp
+            do j = 0, n
+               if (j /= i) lever(i) = lever(i) * (at(i) - at(j))
+            end do
+         end do
+         do i = 0, n
+            do j = 0, n
+               if (j /= i) slope(1:2, i) = slope(1:2, i) + lever(i) / (lever(j) * (at(i) - at(j))) * (force(:, j) - force(:, i))
+            end do
+         end do
+         slope = slope / (g%s(2) - g%s(1))
+      end associate
+   end subroutine resultant_slopes
 end module node_rates

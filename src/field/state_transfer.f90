@@ -23,7 +23,7 @@ module state_transfer
    use ge_fields, only: ge_between
    implicit none
    private
-   public :: find_point, kept_t, point_displacement, carried, carried_field, carry_to, carry_stored, displacements_at, &
+   public :: find_point, kept_t, point_displacement, carried, carried_field, carry_to, displacements_at, &
       & field_at, transfer_fields
 
    !> Data of the element used last, stored for the case that the next point of the same state is in the same element.
@@ -204,23 +204,6 @@ contains
          end do
       end do
    end subroutine carry_to
-
-   !> Transfers the stored section forces of selected elements after nodes of the mesh have moved.
-   pure subroutine carry_stored(problem, state, chosen, new)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state        !! state before the nodes moved
-      logical, intent(in) :: chosen(:)          !! (elements) true: the section forces of the element are transferred
-      type(state_t), intent(inout) :: new       !! in: its geometry is set
-      type(kept_t) :: kept(2)
-      integer :: range(2, size(chosen)), i, near
-      near = 0
-      call find_ranges(problem, range)
-      do i = 1, size(chosen)
-         associate (e => problem%along(i))
-            if (chosen(e)) call carry_resultants(problem, state, problem, e, range(:, e), near, kept, new)
-         end associate
-      end do
-   end subroutine carry_stored
 
    !> Transfers contact at nodes. Its candidates are the same, in the same order, on all meshes.
    pure subroutine carry_nodal_contact(from, state, to, new)

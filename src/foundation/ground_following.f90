@@ -22,17 +22,14 @@ module ground_following
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t, chain_gap, gap_slope, closing_rate, rounding_steps
-   use node_rates, only: rod_rate
+   use node_rates, only: rod_rate, resultant_slopes, goes_on, next_along
+   use conforming_span, only: conforming_slopes
    use force_law, only: carries, segment_unknown
-   use state_transfer, only: carry_stored
-   use rod_geometry, only: shift_nodes
+   use gauss_tableau, only: max_stages
    use ground_segments, only: segment_stiffness
    implicit none
    private
    public :: follow_surface, in_moving_layers, move_layers, mark_spring, mark_step, is_live
-
-   real(wp), parameter :: short = 1.0e-3_wp !! distance over which the boundary layer counts as straight, over the length of an
-   !! element
 
 contains
 
@@ -89,19 +86,9 @@ contains
       real(wp), intent(in) :: shift(:)           !! (nodes) motion along the rod, in the nominal coordinate
       logical, intent(in) :: lying(:)            !! (elements) from in_moving_layers, at least one true
       type(state_t), intent(inout) :: state !! in: transferred to the new positions of the nodes; out: with moved boundary layers
-      type(state_t) :: moved(2)
-      real(wp) :: part, gap(2), normal(2, 2), bend(2), rate(2), bow, lift, twist, way(2)
-      real(wp) :: beside(size(shift))            ! motion along the rod of the nodes of elements in contact
-      integer :: c, e, side
-      part = huge(part)
-      beside = 0.0_wp
-      do e = 1, size(lying)
-         if (.not. lying(e)) cycle
-         associate (nodes => problem%model%mesh%node(:, e), s => before%geometry%element(e)%s)
-            beside(nodes) = shift(nodes)
-            if (any(abs(shift(nodes)) > 0.0_wp)) part = min(part, short * (s(2) - s(1)) / maxval(abs(shift(nodes))))
-         end associate
-      end do
+      real(wp) :: gap(2), normal(2, 2), bend(2), rate(2), bow, lift, twist, way(2)
+      real(wp), dimension(3, 0:max_stages + 1) :: slope, last ! slopes of an element and of the one before it
+      integer :: c, e, i, known
       do c = 1, problem%ground%chain%n
          if (.not. lies(problem, before, c)) cycle
          e = problem%ground%chain%element(2, c)
@@ -120,15 +107,77 @@ contains
             if (abs(twist) > rounding_steps * epsilon(twist)) state%u(3, node) = state%u(3, node) + twist
          end associate
       end do
-      do side = 1, 2
-         moved(side) = before
-         call shift_nodes(problem%model, problem%tableau, merge(part, -part, side == 1) * beside, moved(side)%geometry)
-         call carry_stored(problem, before, lying, moved(side))
+      known = 0
+      do i = 1, size(lying)
+         e = problem%along(i)
+         if (.not. lying(e)) cycle
+         call find_slopes(e, slope)
+         associate (first => problem%model%mesh%node(1, e), beside => problem%beside(1, problem%model%mesh%node(1, e)))
+            if (joins(beside, e)) then
+               if (known /= beside) call find_slopes(beside, last)
+               ! The mean of both sides of a node, because the errors of polynomials have opposite signs at the ends of an element.
+               slope(:, 0) = 0.5_wp * (slope(:, 0) + last(:, problem%model%mesh%stages(beside) + 1))
+            end if
+         end associate
+         call move_stored(e)
+         known = e
+         last = slope
       end do
-      do e = 1, size(lying)
-         ! Central differences are used, because the errors of polynomials have opposite signs at the two ends of an element.
-         if (lying(e)) state%z(:, e) = before%z(:, e) + (moved(1)%z(:, e) - moved(2)%z(:, e)) / (2.0_wp * part)
-      end do
+
+   contains
+
+      !> Slopes along an element: those of its section forces, or of place and force on the track.
+      subroutine find_slopes(element, slope)
+         integer, intent(in) :: element
+         real(wp), intent(out) :: slope(3, 0:max_stages + 1)
+         if (problem%conforms(element) > 0) then
+            call conforming_slopes(problem, before, element, slope(2:3, :))
+            slope(1, :) = 0.0_wp
+         else
+            call resultant_slopes(problem, before, element, slope)
+         end if
+      end subroutine find_slopes
+
+      !> True if what an element stores goes on in the next one.
+      pure logical function joins(element, next)
+         integer, intent(in) :: element, next   ! element: 0: none
+         joins = .false.
+         if (element == 0) return
+         if (.not. problem%ground%founded(element) .or. next_along(problem, element) /= next) return
+         joins = problem%conforms(element) == 0 .and. problem%conforms(next) == 0
+         if (joins) joins = goes_on(problem, element)
+         if (min(problem%conforms(element), problem%conforms(next)) > 0) joins = problem%candidates%obstacle( &
+            & problem%conforms(element)) == problem%candidates%obstacle(problem%conforms(next))
+      end function joins
+
+      !> Moves what an element stores with its first end and its stages.
+      subroutine move_stored(element)
+         integer, intent(in) :: element
+         real(wp) :: ends(2), by(3)
+         logical :: on_track
+         integer :: k, s
+         s = problem%model%mesh%stages(element)
+         on_track = problem%conforms(element) > 0
+         ends = shift(problem%model%mesh%node(:, element))
+         associate (z => state%z(:, element), first => ends(1) * slope(:, 0))
+            z = before%z(:, element)
+            if (on_track) then
+               z(1) = z(1) + first(3)
+            else
+               z(:3) = z(:3) + first
+            end if
+            do k = 1, s
+               by = (ends(1) + problem%tableau(s)%c(k) * (ends(2) - ends(1))) * slope(:, k)
+               if (on_track) then
+                  z(1 + k) = z(1 + k) + by(3)
+                  z(1 + s + k) = z(1 + s + k) + by(2) - first(2)
+               else
+                  z(3 + k) = z(3 + k) + by(3)
+                  z(2 + s + 2 * k:3 + s + 2 * k) = z(2 + s + 2 * k:3 + s + 2 * k) + by(1:2)
+               end if
+            end do
+         end associate
+      end subroutine move_stored
    end subroutine move_layers
 
    !> True if the state prescribes contact for the element after a candidate of the foundations' chain.

@@ -5,7 +5,7 @@ module gauss_tableau
    use kinds, only: wp, pi
    implicit none
    private
-   public :: tableau_t, max_stages, new_tableau, gauss_points, stage_basis, raised_values
+   public :: tableau_t, max_stages, new_tableau, gauss_points, stage_basis, end_values, raised_values
 
    integer, parameter :: max_stages = 6
 
@@ -93,6 +93,19 @@ contains
          basis = (basis + t%integral(:, k)) * tau
       end do
    end subroutine stage_basis
+
+   !> Values at both ends of the polynomial through values at the abscissae.
+   pure function end_values(t, value) result(ends)
+      type(tableau_t), intent(in) :: t
+      real(wp), intent(in) :: value(:)           !! (stages) values at the abscissae
+      real(wp) :: ends(2)
+      integer :: k
+      ends(1) = dot_product(value, t%integral(:t%stages, 1))
+      ends(2) = 0.0_wp
+      do k = 1, t%stages
+         ends(2) = ends(2) + k * dot_product(value, t%integral(:t%stages, k))
+      end do
+   end function end_values
 
    !> Interpolates values at the first end and at the points of this tableau to the points of the tableau with one stage more.
    pure function raised_values(t, first, value) result(new)
