@@ -11,8 +11,8 @@ module axial_rigidity
    private
    public :: rigidity_t, new_rigidity, stretched, shrinking_forces
 
-   integer, parameter, public :: rigidity_rounds = 2 !! number of corrections of a solution; each reduces the error by about eight
-   !! digits
+   integer, parameter, public :: rigidity_rounds = 2 !! largest number of corrections of a solution; each reduces the error by about
+   !! eight digits
 
    !> Matrices that give the artificial extension of each inextensible element for given unknowns, and the forces that remove it.
    type :: rigidity_t
@@ -67,11 +67,11 @@ contains
       real(wp) :: force(2)
       integer :: i, k
       do i = 1, rigidity%n
-         force = load * rigidity%load(:, i) + matmul(rigidity%shifted(:, :, i), stretch(:, i))
+         force = load * rigidity%load(:, i) + stretch(1, i) * rigidity%shifted(:, 1, i) + stretch(2, i) * rigidity%shifted(:, 2, i)
          do k = rigidity%first(i), rigidity%first(i + 1) - 1
             force = force + rigidity%force(:, k) * x(rigidity%unknown(k))
          end do
-         stretch(:, i) = matmul(rigidity%give(:, :, i), force)
+         stretch(:, i) = force(1) * rigidity%give(:, 1, i) + force(2) * rigidity%give(:, 2, i)
       end do
    end subroutine stretched
 
@@ -85,7 +85,7 @@ contains
       do i = 1, rigidity%n
          do k = rigidity%first(i), rigidity%first(i + 1) - 1
             associate (at => rigidity%unknown(k))
-               force(at) = force(at) - dot_product(rigidity%push(:, k), stretch(:, i))
+               force(at) = force(at) - (rigidity%push(1, k) * stretch(1, i) + rigidity%push(2, k) * stretch(2, i))
             end associate
          end do
       end do

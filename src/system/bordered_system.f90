@@ -126,12 +126,15 @@ contains
       real(wp), intent(in) :: load             !! load factor of the solution
       real(wp), intent(inout) :: stretch(:, :) !! (2, inextensible elements) in: 0; out: artificial extension that was corrected
       real(wp), intent(inout) :: x(:)          !! (n) in: solution with the factored tangent; out: corrected solution
-      real(wp) :: first(system%n), force(system%n), held(system%n)
+      real(wp) :: first(system%n), force(system%n), held(system%n), last(2, system%rigidity%n)
       integer :: round
       first = x
       held = 0.0_wp
       do round = 1, rigidity_rounds
+         last = stretch
          call stretched(system%rigidity, x, load, stretch)
+         ! The correction before has left nothing but rounding.
+         if (maxval(abs(stretch - last)) <= epsilon(stretch) * maxval(abs(stretch))) exit
          call shrinking_forces(system%rigidity, stretch, force)
          call solve_constrained(system, force, held, x)
          x = first + x
