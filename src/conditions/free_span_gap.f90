@@ -247,10 +247,12 @@ contains
       type(profile_t), intent(in) :: profile(:)
       type(sampled_gap_t), intent(inout) :: line
       real(wp), allocatable :: tau(:)          ! (at least n) places in the element, increasing
-      real(wp), allocatable :: gap(:)
+      real(wp), allocatable :: at(:), gap(:)   ! (at least `taken`) coordinates and gaps of the samples so far
       type(pose_t) :: pose
-      integer :: e, k, n, side
-      allocate (line%at(0), line%gap(0), tau(8 * samples))
+      integer :: e, k, n, side, taken
+      n = (samples + 1) * (line%last - line%first + 1)
+      allocate (tau(8 * samples), at(n), gap(n))
+      taken = 0
       do e = line%first, line%last
          n = 0
          do k = 0, samples
@@ -265,15 +267,19 @@ contains
             do side = 1, 2
                if (line%ends_in_contact(side)) call grade(g%s(1) + problem%origin(e), g%s(2) + problem%origin(e), side)
             end do
-            line%at = [line%at, g%s(1) + tau(:n) * (g%s(2) - g%s(1)) + problem%origin(e)]
+            if (taken + n > size(at)) then
+               at = [at(:taken), spread(0.0_wp, 1, taken + n)]
+               gap = [gap(:taken), spread(0.0_wp, 1, taken + n)]
+            end if
+            do k = 1, n
+               at(taken + k) = g%s(1) + tau(k) * (g%s(2) - g%s(1)) + problem%origin(e)
+               gap(taken + k) = gap_in(problem, state, line%contact, profile(e), tau(k))
+            end do
+            taken = taken + n
          end associate
-         allocate (gap(n))
-         do k = 1, n
-            gap(k) = gap_in(problem, state, line%contact, profile(e), tau(k))
-         end do
-         line%gap = [line%gap, gap]
-         deallocate (gap)
       end do
+      line%at = at(:taken)
+      line%gap = gap(:taken)
 
    contains
 
