@@ -111,6 +111,28 @@ LOAD, ABOVE, 40.
 DISPLACEMENT, SECTION FORCES
 *END STEP
 """
+CANTILEVER = """*HEADING, JOB=deck
+Inextensible cantilever under a dead tip load
+*NODE
+1, 0., 0.
+2, 1., 0.
+*LINE, ELSET=ROD, TYPE=GE4
+1, 2, {elements}
+*BEAM SECTION, ELSET=ROD, SECTION=INEXTENSIBLE
+1.
+*BOUNDARY
+1, ENCASTRE
+*STEP
+*STATIC, METHOD=LOAD
+1., 1E-3, 1.
+*CLOAD
+2, 2, 1.
+*STOP
+LOAD, ABOVE, 10.
+*FIELD OUTPUT
+DISPLACEMENT, SECTION FORCES
+*END STEP
+"""
 
 
 def instructions(deck: str, folder) -> dict[str, int]:
@@ -130,7 +152,8 @@ def instructions(deck: str, folder) -> dict[str, int]:
     return counts
 
 
-@pytest.mark.parametrize("deck, elements", [(WINKLER, 40), (RING, 160), (ARCH, 40)], ids=["winkler", "ring", "arch"])
+@pytest.mark.parametrize("deck, elements", [(WINKLER, 40), (RING, 160), (ARCH, 40), (CANTILEVER, 40)],
+                         ids=["winkler", "ring", "arch", "cantilever"])
 def test_every_procedure_is_linear(deck, elements, tmp_path):
     few, many = (instructions(deck.format(elements=number), tmp_path) for number in (elements, 4 * elements))
     least = SHARE * sum(many.values())

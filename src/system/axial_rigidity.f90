@@ -36,25 +36,45 @@ contains
    function new_rigidity(problem) result(rigidity)
       type(problem_t), intent(in) :: problem
       type(rigidity_t) :: rigidity
-      integer :: e, i, j, n
+      integer :: e, i, k, n
       rigidity%element = pack([(e, e=1, size(problem%compliance))], problem%compliance%give > 0.0_wp)
       rigidity%n = size(rigidity%element)
-      allocate (rigidity%first(rigidity%n + 1), rigidity%unknown(0))
-      do e = 1, rigidity%n
-         rigidity%first(e) = size(rigidity%unknown) + 1
-         do i = 1, 2
-            associate (node => problem%model%mesh%node(i, rigidity%element(e)), ties => problem%ties)
-               if (.not. ties%follows(node)) rigidity%unknown = [rigidity%unknown, [(dof(problem, node, j), j=1, 3)]]
-               do n = ties%first(node), ties%first(node + 1) - 1
-                  rigidity%unknown = [rigidity%unknown, [(dof(problem, ties%of(n), j), j=1, 3)]]
-               end do
-            end associate
+      allocate (rigidity%first(rigidity%n + 1))
+      associate (ties => problem%ties, node => problem%model%mesh%node)
+         n = 0
+         do e = 1, rigidity%n
+            rigidity%first(e) = n + 1
+            do i = 1, 2
+               associate (here => node(i, rigidity%element(e)))
+                  n = n + 3 * (ties%first(here + 1) - ties%first(here) + merge(0, 1, ties%follows(here)))
+               end associate
+            end do
          end do
-      end do
-      n = size(rigidity%unknown)
-      rigidity%first(rigidity%n + 1) = n + 1
+         rigidity%first(rigidity%n + 1) = n + 1
+         allocate (rigidity%unknown(n))
+         n = 0
+         do e = 1, rigidity%n
+            do i = 1, 2
+               associate (here => node(i, rigidity%element(e)))
+                  if (.not. ties%follows(here)) call add(here)
+                  do k = ties%first(here), ties%first(here + 1) - 1
+                     call add(ties%of(k))
+                  end do
+               end associate
+            end do
+         end do
+      end associate
       allocate (rigidity%force(2, n), rigidity%push(2, n), source=0.0_wp)
       allocate (rigidity%give(2, 2, rigidity%n), rigidity%shifted(2, 2, rigidity%n), rigidity%load(2, rigidity%n), source=0.0_wp)
+
+   contains
+
+      !> Adds the three unknowns of a node.
+      subroutine add(at)
+         integer, intent(in) :: at
+         rigidity%unknown(n + 1:n + 3) = [dof(problem, at, 1), dof(problem, at, 2), dof(problem, at, 3)]
+         n = n + 3
+      end subroutine add
    end function new_rigidity
 
    !> Artificial extension of the inextensible elements in a solution that was computed with the factored tangent.
