@@ -21,6 +21,7 @@ module limit_curves
    use limit_search, only: curve_trace_t, trial_t, set_follower_tangent, scale_rate, evaluate_rate, search, as_coordinate, &
       & as_value, small_drop
    use monitors, only: monitor_values
+   use error_bar, only: error_bars_t
    use limit_mesh, only: bars_here, refine_limit_point, renew_marks, make_rigid
    use error_report, only: note_curve_bar
    use path_record, only: recorder_t, limit_point_t
@@ -76,6 +77,7 @@ contains
          type(curve_trace_t), intent(out) :: trace
          character(:), allocatable, intent(out) :: trouble ! reason why the curve cannot begin
          type(trial_t) :: trial
+         type(error_bars_t), allocatable :: bars
          integer :: i, passed
 
          associate (curve => step%limit_curve(number), follower => trace%follower)
@@ -113,8 +115,8 @@ contains
                trouble = trial%report%message
                return
             end if
-            call refine_limit_point(follower, step)
-            call report(step, trace, trial, '  ', .false., recorder, outcome)
+            call refine_limit_point(follower, step, bars)
+            call report(step, trace, trial, '  ', .false., bars, recorder, outcome)
             trace%points = 1
             trace%way = [0.0_wp, sign(1.0_wp, curve%increment)]
             ! At the first point the change of a in one step along the curve is not known yet.
@@ -143,6 +145,7 @@ contains
       character(:), allocatable, intent(out) :: trouble !! reason why the curve ends before the last value of its parameter
       type(outcome_t), intent(inout) :: outcome
       type(trial_t) :: trial
+      type(error_bars_t), allocatable :: bars
       real(wp) :: place(2), last, largest, target
       character(2) :: label
       integer :: searches
@@ -192,11 +195,11 @@ contains
                return
             end if
             if (exact) follower%coordinate = target
-            call refine_limit_point(follower, step)
+            call refine_limit_point(follower, step, bars)
             label = merge('TP', '  ', turned)
             if (exact) label = 'UZ'
             if (final .and. .not. curve%to_rigid) label = 'EP'
-            call report(step, trace, trial, label, .false., recorder, outcome)
+            call report(step, trace, trial, label, .false., bars, recorder, outcome)
             if (allocated(outcome%why)) return
             if (final) exit
             if (turned .and. .not. exact) turned_at = as_value(curve, follower%coordinate)
@@ -233,9 +236,9 @@ contains
                trouble = 'where the rigid obstacle touches is not where the foundation pushed'
                return
             end if
-            call refine_limit_point(follower, step)
+            call refine_limit_point(follower, step, bars)
          end if
-         call report(step, trace, trial, 'EP', .true., recorder, outcome)
+         call report(step, trace, trial, 'EP', .true., bars, recorder, outcome)
       end associate
 
    contains
@@ -322,12 +325,14 @@ contains
    end subroutine follow_curve
 
    !> Passes the last limit point to the recorder.
-   subroutine report(step, trace, trial, label, rigid, recorder, outcome)
+   subroutine report(step, trace, trial, label, rigid, bars, recorder, outcome)
       type(step_t), intent(in) :: step
       type(curve_trace_t), intent(in) :: trace
       type(trial_t), intent(in) :: trial             !! evaluation of h with which the limit point was found
       character(2), intent(in) :: label
       logical, intent(in) :: rigid
+      type(error_bars_t), allocatable, intent(inout) :: bars !! error bars of the limit point; in: not allocated: unknown; out: not
+      !! allocated
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       type(limit_point_t) :: point
@@ -344,7 +349,8 @@ contains
          point%monitor = monitor_values(follower%problem, follower%state, follower%system)
          point%label = label
          if (step%error_bars) then
-            call bars_here(follower, point%bars)
+            if (.not. allocated(bars)) call bars_here(follower, bars)
+            call move_alloc(bars, point%bars)
             call note_curve_bar(follower%problem, point, trim(curve%name), step, outcome%accuracy)
          end if
          call recorder%take(point, error)

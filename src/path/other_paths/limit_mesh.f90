@@ -47,12 +47,12 @@ contains
 
    !> Locates the last limit point again on finer meshes until the error of its load is within the tolerance. If the search fails on
    !> a mesh, the result on the previous mesh is kept.
-   subroutine refine_limit_point(follower, step)
+   subroutine refine_limit_point(follower, step, bars)
       type(follower_t), intent(inout) :: follower
       type(step_t), intent(in) :: step
+      type(error_bars_t), allocatable, intent(out) :: bars !! error bars of the limit point; not allocated: unknown
       type(follower_t) :: kept
       type(trial_t) :: trial
-      type(error_bars_t), allocatable :: bars
       type(mesh_density_t), allocatable :: demand(:)
       type(refinement_t) :: last
       real(wp) :: place(2), sizes(1 + size(follower%problem%deck%monitor))
@@ -77,6 +77,7 @@ contains
          call copy_problem(trial%problem, follower%problem)
          follower%state = trial%state
          call set_follower_tangent(follower, follower%control%tangent, 0.0_wp)
+         deallocate (bars)
       end do
    end subroutine refine_limit_point
 
