@@ -330,7 +330,7 @@ contains
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: tau              !! place in the element, 0 to 1 of its stress-free length
       real(wp), intent(in) :: k0(0:2) !! stress-free curvature at the point, and its first two derivatives with respect to the
-      !! stress-free length
+      !! stress-free length; only `density` needs the second one
       real(wp), intent(in) :: ground(2, 0:1) !! force of foundations by stress-free length, and its derivative with respect to this
       !! length
       type(track_t), intent(out) :: here       !! the track at the point

@@ -224,7 +224,8 @@ contains
             ground(:, 1) = here%pose%own_direction(ground(:, 1))
          end if
          call conforming_resultants(here%output, problem%tableau(problem%model%mesh%stages(e)), problem%model%obstacle(obstacle), &
-            & tau, bend_at(problem, state, e, tau), ground, track, local(1), local(2), local(3), density, steady)
+            & tau, bend_at(problem, state, e, tau, second=present(density)), ground, track, local(1), local(2), local(3), &
+            & density, steady)
          if (.not. (present(place) .or. present(angle))) return
          track = here%pose%placed(track)
       end associate

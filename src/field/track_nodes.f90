@@ -165,7 +165,7 @@ contains
       e = problem%candidates%element(2, candidate)
       call excess_curvature(problem, state, candidate, excess, extension, on=track)
       sense = track_sense(problem, state, candidate, track)
-      bend = bend_at(problem, state, e, 0.0_wp)
+      bend = bend_at(problem, state, e, 0.0_wp, second=.false.)
       rate = sense * (bend(1) - problem%compliance(e)%bending * extension * shear - track%curvature_rate * extension**2)
    end function excess_rate
 
@@ -243,12 +243,14 @@ contains
    end subroutine rod_curvature
 
    !> Stress-free curvature in an element and its first two derivatives by the stress-free length; at an end of the element they are
-   !> one-sided. With an imperfection the second derivative is that of the parabola through three values of the first derivative.
-   pure function bend_at(problem, state, e, tau) result(bend)
+   !> one-sided. With an imperfection the second derivative is that of the parabola through three values of the first derivative,
+   !> which take most of the time.
+   pure function bend_at(problem, state, e, tau, second) result(bend)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau                   !! place in the element, 0 to 1 of its stress-free length
+      logical, intent(in) :: second                 !! true: the second derivative is needed; else it may be zero
       real(wp) :: bend(0:2), s, middle, step, rate(-1:1), unused
       integer :: i
       bend = 0.0_wp
@@ -264,6 +266,7 @@ contains
             return
          end if
          call curve_bend(curve, imperfection, min(max(s, g%s(1) + step), g%s(2) - step), bend(0), bend(1))
+         if (.not. second) return
          step = epsilon(step)**(1.0_wp / 3.0_wp) * (g%s(2) - g%s(1))
          middle = min(max(s, g%s(1) + step), g%s(2) - step)
          ! In a diverging iterate an element may be as short as rounding: its derivatives are then not computed.
