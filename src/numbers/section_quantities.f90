@@ -67,7 +67,7 @@ contains
       integer, intent(in) :: quantity           !! row of the table section_kind
       real(wp), intent(in), optional :: sense(2) !! signs of the section forces, see section_place_t; with fixed signs the quantity
       !! is a smooth function of the state. Default: N, Q, M have their own signs, strain and stress are positive
-      real(wp) :: value(size(tau)), local(3, size(tau)), along(3), angle, signs(2)
+      real(wp) :: value(size(tau)), local(3, size(tau)), along(3), angle, signs(2), fibre
       type(profile_t) :: profile
       type(section_t) :: section
       integer :: i
@@ -86,10 +86,13 @@ contains
          return
       end if
       do i = 1, size(tau)
-         if (i == 1 .or. varies(section)) section = section_inside(problem, state, e, tau(i))
+         if (i == 1 .or. varies(section)) then
+            section = section_inside(problem, state, e, tau(i))
+            fibre = outer_fibre(section)
+         end if
          signs = sign(1.0_wp, local([axial, moment], i))
          if (present(sense)) signs = sense
-         value(i) = signs(2) * local(moment, i) / section%ei * outer_fibre(section)
+         value(i) = signs(2) * local(moment, i) / section%ei * fibre
          if (.not. section%inextensible) value(i) = value(i) + signs(1) * local(axial, i) / section%ea
          if (quantity == stress) value(i) = section%young * value(i)
       end do
