@@ -68,7 +68,7 @@ contains
       interval%to = trial
       interval%stuck = stuck
       interval%from = run%last%state
-      if (stuck) interval%from = run%trail(1)%from
+      if (stuck) interval%from = run%trail(1)%way%from
       interval%pivots = trial%system%negative_pivots
       interval%scale = max(trial%system%force_scale, tiny(interval%scale))
       interval%after = trial%span_tests

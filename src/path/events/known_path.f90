@@ -59,7 +59,7 @@ contains
       if (stands_still(trial%tangent, rise)) return
       do k = 1, size(run%trail)
          if (retraces) return
-         associate (way => run%trail(k))
+         associate (way => run%trail(k)%way)
             retraces = goes_back(problem, way%from, way%to, way%chord, way%first, way%last, trial%state, trial%tangent)
          end associate
       end do

@@ -21,8 +21,8 @@ module path_state
    use corrector, only: increment_t
    implicit none
    private
-   public :: path_state_t, recent_path_t, slopes_t, onset_t, since_change_t, point_on_mesh_t, mesh_history_t, arrived_t, &
-      & copy_path_state, path_tangent_of, new_critical_point, append_recent_part, forget_mesh, rest_of_mesh, &
+   public :: path_state_t, recent_path_t, trail_part_t, slopes_t, onset_t, since_change_t, point_on_mesh_t, mesh_history_t, &
+      & arrived_t, copy_path_state, path_tangent_of, new_critical_point, append_recent_part, forget_mesh, rest_of_mesh, &
       & difference_load, located_event_t, note_balance
 
    integer, parameter :: rest_of_mesh = 10 !! number of accepted points after a refinement during which no coarser mesh is tried
@@ -33,6 +33,11 @@ module path_state
       real(wp), allocatable :: chord(:, :)       !! (3, nodes) difference of the displacements at the two points
       type(path_tangent_t) :: first, last
    end type recent_path_t
+
+   !> A stored part of the path. It is allocatable, so that it moves in the list without a copy.
+   type :: trail_part_t
+      type(recent_path_t), allocatable :: way
+   end type trail_part_t
 
    integer, parameter :: trail_length = 3 !! number of stored parts of the recent path; a path that reverses meets the latest parts
    !! first
@@ -112,7 +117,7 @@ module path_state
       real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! arc length and load change of the last increment
       type(arrived_t) :: arrived                 !! tangent with which the path arrives at the last accepted point
       type(slopes_t) :: slopes
-      type(recent_path_t), allocatable :: trail(:)   !! parts of the path before the last accepted point, the latest part first
+      type(trail_part_t), allocatable :: trail(:)   !! parts of the path before the last accepted point, the latest part first
       logical :: fresh = .false. !! true: the last point is an unloaded start. Its contacts carry no force and are kept closed in
       !! its tangent
       type(critical_points_t), pointer :: home => null() !! critical points of the parent path, if the run is on a branch; on the
@@ -174,9 +179,22 @@ contains
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
       type(path_point_t), intent(in) :: point    !! the new point; its tangent belongs to the path before it
+      type(trail_part_t), allocatable :: longer(:)
+      integer :: k
       if (.not. allocated(run%trail)) allocate (run%trail(0))
-      run%trail = [recent_path_t(run%last%state, point%state, chord_between(problem, run%last%state, point%state), &
-         & run%last%tangent, point%tangent), run%trail(:min(size(run%trail), trail_length - 1))]
+      allocate (longer(min(size(run%trail) + 1, trail_length)))
+      do k = 2, size(longer)
+         call move_alloc(run%trail(k - 1)%way, longer(k)%way)
+      end do
+      allocate (longer(1)%way)
+      associate (way => longer(1)%way)
+         way%from = run%last%state
+         way%to = point%state
+         way%chord = chord_between(problem, run%last%state, point%state)
+         way%first = run%last%tangent
+         way%last = point%tangent
+      end associate
+      call move_alloc(longer, run%trail)
    end subroutine append_recent_part
 
    !> Discards all data that refer to the nodes of the previous mesh.
