@@ -138,12 +138,12 @@ contains
    end subroutine clear_forces
 
    !> Adds space for one more point and returns the index of this point; the caller sets its values.
-   subroutine add_force(list, number)
+   subroutine add_force(list, room, number)
       type(inner_forces_t), intent(inout) :: list
+      integer, intent(in) :: room                !! number of points, at least 1, for which the first point makes space
       integer, intent(out) :: number
       type(inner_force_t), allocatable :: more(:)
-      ! An element that is in contact as a whole has one point more than stages.
-      if (.not. allocated(list%at)) allocate (list%at(max_stages + 1))
+      if (.not. allocated(list%at)) allocate (list%at(room))
       if (list%n == size(list%at)) then
          allocate (more(2 * list%n))
          more(:list%n) = list%at

@@ -126,7 +126,8 @@ contains
          if (carries(state%segment(c)) .and. state%push(number, c) < unknown_push) &
             & push = min(max(state%push(number, c), push - spring * rounding), push + spring * rounding)
          t = [normal(2), -normal(1)]
-         call add_force(list, q)
+         ! An element that is in contact as a whole has one point more than stages.
+         call add_force(list, s + 1, q)
          list%at(q)%tau = tau
          list%at(q)%weight = weight
          call stage_basis(problem%tableau(s), tau, list%at(q)%basis)
