@@ -13,7 +13,6 @@ module closing_spans
    use rod_strips, only: find_strips
    use path_record, only: recorder_t
    use contact_change_types, only: step_interval_t
-   use reachability, only: turns
    use step_control, only: too_short, largest_growth
    use trial_request, only: request_t
    use other_set, only: other_set_t, tests_of
@@ -54,8 +53,7 @@ contains
 
    !> Passes to the contact set without the given free spans at its onset, which lies on the increment or, if no increment
    !> converges, just ahead. Events before the onset come first, with the present set. A shorter increment is therefore requested
-   !> while a limit point or a value that the deck asks for lies before the onset, or the onset of a set without only some of the
-   !> spans.
+   !> while a value that the deck asks for lies before the onset, or the onset of a set without only some of the spans.
    subroutine close_spans(problem, step, run, point, interval, closing, recorder, request, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -72,11 +70,7 @@ contains
       logical :: begins, too_far, can_cut
       finished = .false.
       can_cut = .not. interval%stuck .and. .not. too_short(step, run%control, 0.5_wp)
-      if (can_cut .and. turns(run, interval)) then
-         call request%locate_nearer(step, run%control, closing(1))
-         return
-      end if
-      call try_sets(step, run, new_change_place(problem, step, run, point, closing=closed_or_all(problem, closing)), next)
+      call try_sets(step, run, new_change_place(problem, step, run, point, closing=closing), next)
       if (.not. next%found) return
       too_far = .false.
       associate (first => next%first, onset => next%first%state%load_factor, end => interval%to%state%load_factor)
@@ -115,16 +109,6 @@ contains
          end associate
       end function begins_beyond
    end subroutine close_spans
-
-   !> Tests of the free spans whose gap is only rounding, or all given tests if there is no such span: spans that have closed are
-   !> replaced by line contacts before the others.
-   pure function closed_or_all(problem, closing) result(first)
-      type(problem_t), intent(in) :: problem
-      type(span_test_t), intent(in) :: closing(:) !! tests of free spans
-      type(span_test_t), allocatable :: first(:)
-      first = pack(closing, abs(closing%value) * problem%size <= rounding_gap(problem))
-      if (size(first) == 0) first = closing
-   end function closed_or_all
 
    !> True if all contacts that a set without free spans gains begin at its onset: at the onset the pressure or force of each
    !> contact is zero and grows. (On a node inside a line contact no force may act at all.) The result is also false if the onset

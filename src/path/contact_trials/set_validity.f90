@@ -34,7 +34,7 @@ module set_validity
    use path_continuity, only: path_tangent_t
    use path_state, only: path_state_t
    use step_control, only: largest_growth, least_part
-   use test_kinds, only: span_test_t, any_fails, test_slack, test_gap, test_force, test_pressure, test_vanishing, test_couple
+   use test_kinds, only: span_test_t, any_fails, test_slack, test_force, test_pressure, test_vanishing, test_couple
    use other_set, only: other_set_t, copy_other_set, tests_of
    use reachability, only: leads_to_next
    use set_onset, only: find_onset
@@ -102,8 +102,7 @@ contains
          if (here%at_change() .and. (decides .or. any(trial%edit == [edit_open, edit_end_off]))) then
             if (.not. goes_on_smoothly(here, set)) return
          end if
-         if (load_goes_on(here) .and. set%tangent%load * here%tangent%load < 0.0_wp) call reverse(set%tangent)
-         do sense = 1, merge(1, 2, decides .or. here%situation == at_smooth_change .or. load_goes_on(here))
+         do sense = 1, merge(1, 2, decides .or. here%situation == at_smooth_change)
             if (sense == 2) call reverse(set%tangent)
             trial%turns = sense == 2
             if (decides) call verify_at_equilibrium(here, trial)
@@ -175,14 +174,6 @@ contains
          end do
       end associate
    end subroutine verify_onward
-
-   !> True if the load is certain to go on in the same sense after the change: a gap closes there, and the structure without this
-   !> contact is stable.
-   pure logical function load_goes_on(here)
-      type(change_place_t), intent(in) :: here
-      load_goes_on = here%at_change()
-      if (load_goes_on) load_goes_on = here%zero(1)%kind == test_gap .and. here%system%negative_pivots == 0
-   end function load_goes_on
 
    !> Reverses the sense of a path tangent.
    pure subroutine reverse(tangent)
