@@ -15,7 +15,7 @@ module buckling_errors
    use linear_buckling, only: buckle
    use error_bar, only: new_error_bar
    use enriched_problem, only: enriched_problem_t, why_no_bars
-   use enriched_path, only: enriched_path_t, enriched_point_t, new_finer_path, start_point, next_point
+   use enriched_path, only: enriched_path_t, enriched_point_t, new_finer_path, start_point, next_point, no_convergence
    use path_record, only: buckling_t
    use timing, only: timing_start, timing_stop, phase_accuracy
    implicit none
@@ -43,9 +43,7 @@ contains
       if (buckling%unbarred /= '') return
       call timing_start(phase_accuracy)
       control%method = method_load
-      allocate (heading%u, mold=state%u)
-      heading%u = 0.0_wp
-      heading%load = 1.0_wp
+      heading = path_tangent_t(0.0_wp * state%u, 1.0_wp)
       call new_finer_path(problem, better, state, control, heading, [integer ::], path)
       allocate (path%modes(size(problem%weight) * 3, 0))
       call start_point(path, better, point)
@@ -53,7 +51,7 @@ contains
       if (point%ok) call buckle(path%problem, point%state, point%system, size(buckling%load_factor), finer, error)
       call timing_stop(phase_accuracy)
       if (.not. point%ok .or. allocated(error)) then
-         buckling%unbarred = 'elements of a higher order do not converge from here'
+         buckling%unbarred = no_convergence
          return
       end if
       do k = 1, min(size(buckling%load_factor), size(finer%load_factor))

@@ -21,7 +21,10 @@ module enriched_path
    use null_directions, only: new_null_directions, leave_out
    implicit none
    private
-   public :: enriched_path_t, enriched_point_t, new_finer_path, start_point, next_point, values_beside
+   public :: enriched_path_t, enriched_point_t, new_finer_path, start_point, next_point, values_beside, no_convergence
+
+   character(*), parameter :: no_convergence = 'elements of a higher order do not converge from here' !! reason why there is no
+   !! error bar if Newton's method fails for a point
 
    !> The path of the enriched problem next to a point of the original problem's path.
    type :: enriched_path_t

@@ -17,7 +17,7 @@ module enriched_problem
    use gauss_tableau, only: raised_values
    use ground, only: new_ground
    use system_type, only: system_t
-   use ground_segments, only: is_cut, gap_rounding
+   use ground_segments, only: any_cut
    use ground_cuts, only: find_cuts, marked
    use node_contact_functional, only: is_stop
    implicit none
@@ -153,7 +153,6 @@ contains
       real(wp), intent(in), optional :: smallest !! smallest gap that the location of the event could resolve at an end of
       !! foundation contact, see element_cuts
       character(:), allocatable :: why
-      real(wp) :: rounding
       integer :: c
       why = ''
       if (any(.not. collocates(problem%model%mesh%family))) why = 'the mesh has UL2 elements'
@@ -167,13 +166,8 @@ contains
       if (present(keeps_mesh)) then
          if (keeps_mesh) return
       end if
-      if (problem%ground%chain%n > 0) rounding = gap_rounding(state)
-      do c = 1, problem%ground%chain%n
-         if (problem%ground%chain%element(2, c) == 0) cycle
-         if (.not. is_cut(problem, state, c, rounding, smallest)) cycle
-         if (.not. marked(problem, state, find_cuts(problem, state))) &
-            & why = 'contact with a foundation ends, or its law has a corner, inside an element'
-         exit
-      end do
+      if (.not. any_cut(problem, state, smallest)) return
+      if (.not. marked(problem, state, find_cuts(problem, state))) &
+         & why = 'contact with a foundation ends, or its law has a corner, inside an element'
    end function why_no_bars
 end module enriched_problem

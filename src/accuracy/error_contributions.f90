@@ -65,8 +65,7 @@ contains
       integer, intent(in) :: ends(:) !! candidates of the touchdown points whose positions are rows, see place_functional
       real(wp), intent(in) :: modes(:, :) !! (unknowns, multiplicity) null vectors of a bifurcation; no columns at other points
       type(contributions_t), intent(out) :: shares
-      type(functional_t), allocatable, intent(in), optional :: gap !! functional of the gap that is zero at an event; not allocated:
-      !! no such gap
+      type(functional_t), intent(in), optional :: gap !! functional of the gap that is zero at an event
       type(functional_t), allocatable :: number(:)
       type(functional_t) :: held
       type(inside_t) :: inside, held_inside
@@ -76,7 +75,7 @@ contains
       real(wp), allocatable :: dual(:, :), by_held(:)
       logical :: ok
       integer :: m
-      number = numbers_of(gap)
+      number = all_numbers()
       associate (rows => size(number)) ! all rows are unknown until they are computed
          allocate (shares%sum(rows), shares%size(rows), shares%rounding(rows), shares%inside(rows), shares%rest(rows), &
             & shares%element(rows, problem%model%mesh%n_elements), source=0.0_wp)
@@ -106,8 +105,7 @@ contains
    contains
 
       !> The numbers of the rows as functionals, in the order of the rows.
-      function numbers_of(gap) result(number)
-         type(functional_t), allocatable, intent(in), optional :: gap
+      function all_numbers() result(number)
          type(functional_t), allocatable :: number(:)
          integer :: n, m, k
          n = size(problem%model%monitor)
@@ -119,9 +117,8 @@ contains
          do k = 1, size(ends)
             number(1 + n + k) = new_place_functional(problem, state, system, ends(k))
          end do
-         if (.not. present(gap)) return
-         if (allocated(gap)) number = [number, gap]
-      end function numbers_of
+         if (present(gap)) number = [number, gap]
+      end function all_numbers
 
       !> Computes one row, the error contributions of one number.
       subroutine set_row(number, dual, change, row)
@@ -147,7 +144,7 @@ contains
          shares%rest(row) = dot_product(total, merge(0.0_wp, system%residual, system%fixed))
          ! The residuals inside elements are added here. If the number depends on points inside elements, they are already in
          ! `change`.
-         if (.not. (allocated(number%inner) .or. allocated(number%section))) shares%rest(row) = shares%rest(row) + number%defect
+         if (.not. depends_inside(number)) shares%rest(row) = shares%rest(row) + number%defect
          shares%sum(row) = sum(share) + shares%rest(row) + change + direct
          shares%size(row) = sum(abs(share)) + abs(shares%rest(row) + change + direct)
          shares%rounding(row) = errors%rounding(system, by_end)

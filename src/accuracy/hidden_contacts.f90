@@ -27,7 +27,7 @@ module hidden_contacts
    private
    public :: may_be_open, may_touch
 
-   real(wp), parameter :: place(2) = [1.0_wp / 3.0_wp, 0.5_wp] !! places in an element, 0 to 1, at which the original and the
+   real(wp), parameter :: compared(2) = [1.0_wp / 3.0_wp, 0.5_wp] !! places in an element, 0 to 1, at which the original and the
    !! enriched polynomial are compared. Two places, because at a single one the difference between polynomials of neighbouring
    !! orders may vanish
 
@@ -156,9 +156,9 @@ contains
       error = maxval(norm2(solved%u(1:2, :) - state%u(1:2, :), 1))
       do e = 1, problem%model%mesh%n_elements
          if (problem%conforms(e) > 0) cycle
-         do k = 1, size(place)
-            call point_displacement(problem, state, e, place(k), kept, u)
-            call point_displacement(finer, solved, e, place(k), other, v)
+         do k = 1, size(compared)
+            call point_displacement(problem, state, e, compared(k), kept, u)
+            call point_displacement(finer, solved, e, compared(k), other, v)
             error = max(error, norm2(v(1:2) - u(1:2)))
          end do
       end do

@@ -277,19 +277,19 @@ contains
 
    !> Error of the eigenvalue of a mode by rounding: the rounding of the element deformations from which the Rayleigh quotient is
    !> computed (see tangent_modes), plus the contribution of other modes that the iteration left in the mode.
-   real(wp) function mode_rounding(problem, state, system, zero) result(rounding)
+   real(wp) function mode_rounding(problem, state, system, mode) result(rounding)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! factored at the state of the mode
-      type(zero_t), intent(in) :: zero           !! its first mode is the mode whose eigenvalue is meant
+      real(wp), intent(in) :: mode(:)            !! (unknowns) the mode, node axes
       real(wp) :: local(6)
       integer :: e
       rounding = 0.0_wp
       do e = 1, problem%model%mesh%n_elements
-         local = abs(element_deformation(problem, system, e, zero%modes(:, 1)))
+         local = abs(element_deformation(problem, system, e, mode))
          rounding = rounding + dot_product(local, matmul(abs(system%ek(:, :, e)), local))**2
       end do
-      rounding = epsilon(rounding) * sqrt(rounding) + abs(of_other_modes(problem, state, system, zero%modes(:, 1)))
+      rounding = epsilon(rounding) * sqrt(rounding) + abs(of_other_modes(problem, state, system, mode))
    end function mode_rounding
 
    !> Contribution of other modes to the Rayleigh quotient of an iterated mode. If the iterated mode contains the part c of another

@@ -13,7 +13,7 @@ module mesh_request
    use rod_state, only: state_t
    use span_division, only: present_demand
    use mesh_density, only: mesh_density_t, new_demands, as_mirrored, with_smooth_density, in_whole_parts
-   use ground_segments, only: is_cut, gap_rounding
+   use ground_segments, only: any_cut
    use error_bar, only: error_bar_t, error_bars_t, largest_unseen, allowed_part, lacks_bound, bar_of
    implicit none
    private
@@ -106,9 +106,9 @@ contains
 
       !> Requests a finer mesh if bars are wider than allowed.
       subroutine mesh_for_bars()
-         real(wp) :: indicator(problem%model%mesh%n_elements), g(problem%model%mesh%n_elements), whole, wanted, ratio, rounding
-         logical :: free(problem%model%mesh%n_elements), known, bounded, cut, helps, on_its_way
-         integer :: now, k
+         real(wp) :: indicator(problem%model%mesh%n_elements), g(problem%model%mesh%n_elements), whole, wanted, ratio
+         logical :: free(problem%model%mesh%n_elements), known, bounded, helps, on_its_way
+         integer :: now
          free = problem%layout%rod_segment(problem%rod_segment)%placed
          now = count(free)
          unsettled = .false.
@@ -126,12 +126,8 @@ contains
          if (known .and. .not. allocated(bars%share)) then
             ! There are no contributions of elements. If foundation contact ends inside an element, a node at this end reduces the
             ! error; more elements do not.
-            cut = .false.
-            rounding = gap_rounding(state)
-            do k = 1, problem%ground%chain%n
-               if (is_cut(problem, state, k, rounding)) cut = .true.
-            end do
-            if (tries > 0 .or. .not. cut) return
+            if (tries > 0) return
+            if (.not. any_cut(problem, state)) return
             demand = present_demand(problem, state)
             if (size(problem%mark) == 0) demand = new_demands(problem%layout)
             return
@@ -372,12 +368,12 @@ contains
       end do
    end function bent_alike
 
-   !> Largest displacement [length] and largest rotation [rad] of a state.
-   pure function motion_sizes(problem, state) result(sizes)
+   !> Largest displacement [length] and largest rotation [rad] of a node.
+   pure function motion_sizes(problem, u) result(sizes)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: u(:, :)            !! (3, nodes) displacements in x and y, rotation
       real(wp) :: sizes(2)
-      sizes = [maxval(norm2(state%u(1:2, :), 1)), maxval(abs(state%u(3, :)))]
+      sizes = [maxval(norm2(u(1:2, :), 1)), maxval(abs(u(3, :)))]
       ! A rod that only shortens does not rotate. The displacement over the structure's size is then used as rotation.
       sizes(2) = max(sizes(2), sizes(1) / problem%size)
    end function motion_sizes
@@ -387,10 +383,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
       real(wp), intent(in) :: motion(2)          !! largest displacement [length] and rotation [rad] so far
-      type(state_t) :: change
-      change = to
-      change%u = to%u - from%u
-      within = all(motion_sizes(problem, change) <= max(motion, motion_sizes(problem, from)))
+      within = all(motion_sizes(problem, to%u - from%u) <= max(motion, motion_sizes(problem, from%u)))
    end function stays_within
 
    !> (1 + monitors) Reference values to which the errors of load factor and monitors are related: the largest value of each kind

@@ -18,7 +18,7 @@ module missed_modes
    use force_free_contact, only: any_force_free, remove_force_free_lines
    use enriched_problem, only: new_finer_problem, new_finer_state
    use enriched_path, only: enriched_path_t, enriched_point_t
-   use located_zero, only: zero_t, mode_rounding
+   use located_zero, only: mode_rounding
    implicit none
    private
    public :: unstable_difference, sign_uncertain
@@ -56,7 +56,6 @@ contains
       type(enriched_point_t), intent(in) :: point   !! the same point of the enriched problem's path
       type(modes_t) :: modes
       type(error_t), allocatable :: error
-      type(zero_t) :: zero
       real(wp) :: held(system%n), answer(system%n), finer
       uncertain = .false.
       if (size(problem%hinge) > 0) return
@@ -65,9 +64,8 @@ contains
       if (allocated(error) .or. modes%n < 1) return
       held = merge(0.0_wp, modes%x(:, 1), system%fixed)
       call apply_tangent(path%problem, point%state, point%system, held, answer, finer)
-      zero%modes = modes%x(:, :1)
       uncertain = abs(finer - modes%mu(1)) > abs(finer)
-      if (uncertain) uncertain = abs(modes%mu(1)) > beyond_rounding * mode_rounding(problem, state, system, zero)
+      if (uncertain) uncertain = abs(modes%mu(1)) > beyond_rounding * mode_rounding(problem, state, system, modes%x(:, 1))
    end function sign_uncertain
 
    !> Number of unstable directions that no pivot counts, at least: buckling modes of elements between nodes that do not move
@@ -161,7 +159,6 @@ contains
       integer, intent(out) :: negative           !! number of negative eigenvalues among those of the event
       type(modes_t) :: modes
       type(error_t), allocatable :: error
-      type(zero_t) :: zero
       integer :: k
       negative = 0
       k = 1 + zeros
@@ -169,7 +166,6 @@ contains
       sign_is_certain = .not. allocated(error) .and. modes%n >= k
       if (.not. sign_is_certain) return
       negative = count(modes%mu(:zeros) < 0.0_wp)
-      zero%modes = modes%x(:, k:k)
-      sign_is_certain = abs(modes%mu(k)) > beyond_rounding * mode_rounding(problem, state, system, zero)
+      sign_is_certain = abs(modes%mu(k)) > beyond_rounding * mode_rounding(problem, state, system, modes%x(:, k))
    end function sign_is_certain
 end module missed_modes

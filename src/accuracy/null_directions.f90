@@ -7,8 +7,8 @@
 module null_directions
    use kinds, only: wp
    use problem, only: problem_t, dof, unknown_weights
-   use linear_system, only: system_t, to_global
-   use bordered_system, only: solve_effective
+   use linear_system, only: system_t
+   use bordered_system, only: solve_effective, all_to_global
    use small_dense, only: solve_small
    use path_control, only: metric
    use path_continuity, only: path_tangent_t
@@ -70,13 +70,7 @@ contains
       type(system_t), intent(in) :: system       !! factored
       real(wp), intent(in) :: modes(:, :) !! (unknowns, number of null vectors) null vectors, orthonormal in the metric, node axes
       type(path_tangent_t) :: heading
-      real(wp) :: response(system%n)
-      integer :: node
-      response = response_without(problem, system, modes)
-      allocate (heading%u(3, size(problem%weight)))
-      do node = 1, size(heading%u, 2)
-         heading%u(:, node) = to_global(problem, system, response, node)
-      end do
+      heading%u = all_to_global(problem, system, response_without(problem, system, modes))
       heading%load = 1.0_wp / sqrt(metric(problem, heading%u, heading%u))
       heading%u = heading%load * heading%u
    end function tangent_without

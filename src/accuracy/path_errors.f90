@@ -17,7 +17,8 @@ module path_errors
    use tangent_rounding, only: path_stiffness
    use error_bar, only: resolved, error_bar_t, error_bars_t, new_error_bar, no_error_bars
    use enriched_problem, only: enriched_problem_t, why_no_bars
-   use enriched_path, only: enriched_path_t, enriched_point_t, new_finer_path, start_point, next_point, values_beside
+   use enriched_path, only: enriched_path_t, enriched_point_t, new_finer_path, start_point, next_point, values_beside, &
+      & no_convergence
    use bordered_system, only: with_stretch
    use state_functional, only: functional_t
    use error_contributions, only: contributions_t, find_contributions, eigenvalue_shares
@@ -57,9 +58,8 @@ module path_errors
    real(wp), parameter :: least_bend = 0.1_wp !! smallest ratio, that is used, of the event function's slope after the first step to
    !! the slope before this step
    real(wp), parameter :: no_modes(0, 0) = reshape([real(wp) ::], [0, 0])
-   character(*), parameter :: no_convergence = 'elements of a higher order do not converge from here', &
-      & no_function = 'the value that is zero at this point cannot be computed with elements of a higher order', &
-      & not_known = 'sums of contact forces have no estimate'
+   character(*), parameter :: not_known = 'sums of contact forces have no estimate', &
+      & no_function = 'the value that is zero at this point cannot be computed with elements of a higher order'
 
 contains
 
@@ -99,7 +99,7 @@ contains
          bars%too_coarse = .true.
          return
       end if
-      sizes = motion_sizes(problem, state)
+      sizes = motion_sizes(problem, state%u)
       if (may_touch(problem, state, system%force_scale, sizes(1), path%problem, point%state)) bars%may_change = &
          & spread(.true., 1, size(hidden))
       unseen = point%value - value - shares%sum(:size(value))
@@ -144,11 +144,8 @@ contains
          bars%why = 'nothing moves there'
          return
       end if
-      control%method = method_linearised
-      control = point_constraint(problem, state, control, heading)
-      ! At a bifurcation the constraint is the plane normal to the path; the last argument keeps the weight of the load from
-      ! vanishing with small displacements.
-      if (size(modes, 2) > 0) control = normal_plane(problem, state, heading, 1.0_wp)
+      ! At a bifurcation a lower bound of the displacement keeps the weight of the load from vanishing with small displacements.
+      control = normal_plane(problem, state, heading, merge(1.0_wp, 0.0_wp, size(modes, 2) > 0))
       ! Length of the path increment in units of the controlled quantity (the quantity that the constraint prescribes). At a limit
       ! point the load does not contribute to this length; if no node moves, only the load does.
       reach = length
@@ -258,7 +255,7 @@ contains
             stiffness = max(stiffness, bending_stiffness(problem))
             error = rounding / stiffness * abs(crossing%slope) * reach
          else if (allocated(zero%modes)) then
-            error = mode_rounding(problem, state, system, zero)
+            error = mode_rounding(problem, state, system, zero%modes(:, 1))
          end if
       end function location_rounding
    end subroutine event_errors
@@ -416,8 +413,7 @@ contains
       type(enriched_point_t), intent(out) :: point
       type(contributions_t), intent(out) :: shares
       real(wp), allocatable, intent(out) :: value(:) !! load factor, monitors, and positions of touchdown points
-      type(functional_t), allocatable, intent(in), optional :: gap !! gap to a foundation, if this gap is the event function; else
-      !! not allocated
+      type(functional_t), intent(in), optional :: gap !! gap to a foundation, if this gap is the event function
       call new_finer_path(problem, finer, state, control, heading, ends, path)
       path%modes = modes
       call start_point(path, finer, point)
@@ -446,7 +442,7 @@ contains
       n = 1 + size(bars%monitor)
       ! Reference value of each number. An error below `resolved` times this value counts as bounded (error_bar). With `resolved` as
       ! the allowed error, value_sizes keeps this product above the rounding of positions and forces.
-      kind_size(:n) = value_sizes(problem, system%force_scale, abs(state%load_factor), motion_sizes(problem, state), resolved)
+      kind_size(:n) = value_sizes(problem, system%force_scale, abs(state%load_factor), motion_sizes(problem, state%u), resolved)
       kind_size(n + 1:) = problem%size
       if (shares%known(1)) bars%load = new_error_bar(correction(1), unseen(1), sizes(1), noise(1), kind_size(1))
       bars%load%bar = bars%load%bar + abs(shares%inside(1))

@@ -22,7 +22,7 @@ module ground_segments
    implicit none
    private
    public :: has_kinks, follows, assign_segments, assign_found_segments, segments_hold, element_cuts, crosses_at, segment_at
-   public :: segment_stiffness, is_cut, gap_uncertainty, followed_part, stiffest, decay_length, gap_in_state, pressed_parts
+   public :: segment_stiffness, any_cut, gap_uncertainty, followed_part, stiffest, decay_length, gap_in_state, pressed_parts
    public :: mean_gap_and_waves, gap_rounding
 
    real(wp), parameter :: noise = 1.0e3_wp * epsilon(1.0_wp) !! rounding error of gaps plus residual of Newton's method, over the
@@ -353,20 +353,23 @@ contains
       end associate
    end function crosses_at
 
-   !> True if the gap passes the value of a corner of the law inside the element after a candidate, see element_cuts.
-   logical function is_cut(problem, state, candidate, rounding, smallest)
+   !> True if the gap passes the value of a corner of the law inside an element, see element_cuts.
+   logical function any_cut(problem, state, smallest)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate
-      real(wp), intent(in) :: rounding           !! result of gap_rounding for the state
       real(wp), intent(in), optional :: smallest !! oscillations of the gap up to this magnitude are ignored
       real(wp), allocatable :: tau(:), level(:)
-      integer :: n
-      is_cut = .false.
-      if (state%segment(candidate) /= segment_unknown .or. .not. has_kinks(problem, candidate)) return
-      call element_cuts(problem, state, candidate, rounding, n, tau, level, smallest)
-      is_cut = any(tau > at_node .and. tau < 1.0_wp - at_node)
-   end function is_cut
+      real(wp) :: rounding
+      integer :: c, n
+      any_cut = .false.
+      rounding = gap_rounding(state)
+      do c = 1, problem%ground%chain%n
+         if (state%segment(c) /= segment_unknown) cycle
+         call element_cuts(problem, state, c, rounding, n, tau, level, smallest)
+         any_cut = any(tau > at_node .and. tau < 1.0_wp - at_node)
+         if (any_cut) return
+      end do
+   end function any_cut
 
    !> Assigns segments of the laws to the elements of a state: each span gets the segment that follows from the interface points at
    !> its ends. If the gaps do not agree with it, the segment becomes unknown. On meshes without interface points all segments are

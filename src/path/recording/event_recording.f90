@@ -145,7 +145,7 @@ contains
       run%last_length = path_length(problem, run%last%state, point%state)
       run%arc_length = run%arc_length + run%last_length
       run%last = point
-      run%motion = max(run%motion, motion_sizes(problem, point%state))
+      run%motion = max(run%motion, motion_sizes(problem, point%state%u))
       run%fresh = .false.
       run%since_change%shrunk = .false.
       run%arrived%point = 0

@@ -120,7 +120,7 @@ contains
       if (outcome%accuracy%load_step == problem%step) load = max(load, outcome%accuracy%load)
       ! The first point may be almost unloaded, so that its values are no reference.
       if (step%method /= method_displacement) load = max(load, abs(step%increment))
-      sizes = value_sizes(problem, max(force_scale, outcome%accuracy%force), load, max(run%motion, motion_sizes(problem, place)), &
-         & asked)
+      sizes = value_sizes(problem, max(force_scale, outcome%accuracy%force), load, &
+         & max(run%motion, motion_sizes(problem, place%u)), asked)
    end function sizes_there
 end module remeshing
