@@ -17,8 +17,8 @@ module located_zero
    use rod_profile, only: profile_error
    use state_functional, only: functional_t, new_functional
    use displacement_functional, only: new_place_gap_functional
-   use tangent_modes, only: modes_t, lowest_modes, null_vectors, apply_tangent, mode_tolerance, most_null_vectors
-   use axial_rigidity, only: shrinking_forces
+   use tangent_modes, only: modes_t, lowest_modes, null_vectors, apply_tangent, stretching_forces, mode_tolerance, &
+      & most_null_vectors
    use bordered_system, only: solve_effective
    use null_directions, only: likeness, new_null_directions, leave_out
    implicit none
@@ -301,17 +301,11 @@ contains
       type(system_t), intent(in) :: system       !! factored
       real(wp), intent(in) :: mode(:)            !! (unknowns) iterated mode, node axes
       real(wp), dimension(size(mode)) :: held, weighted, left, answer
-      real(wp) :: direction(size(mode), 1), given(2, system%rigidity%n), eigenvalue
-      added = 0.0_wp
+      real(wp) :: direction(size(mode), 1), eigenvalue
       held = merge(0.0_wp, mode, system%fixed)
       weighted = merge(0.0_wp, unknown_weights(problem) * held, system%fixed)
       call apply_tangent(problem, state, system, held, left, eigenvalue)
-      if (system%rigidity%n > 0) then
-         call solve_effective(system, weighted, answer, given)
-         if (.not. abs(dot_product(held, answer)) > 0.0_wp) return
-         call shrinking_forces(system%rigidity, given * (dot_product(held, held) / dot_product(held, answer)), answer)
-         left = left - answer
-      end if
+      if (system%rigidity%n > 0) left = left - stretching_forces(system, weighted, held)
       left = merge(0.0_wp, left, system%fixed)
       left = left - dot_product(held, left) * weighted
       call solve_effective(system, left, answer)

@@ -15,10 +15,11 @@ module path_continuity
    use model, only: method_cylindrical, method_load, method_linearised
    use problem, only: problem_t
    use rod_state, only: state_t
-   use state_transfer, only: displacements_at, field_at
+   use state_transfer, only: field_at
    use rod_geometry, only: shift_nodes
    use linear_system, only: system_t
-   use path_control, only: control_t, is_arc_length, metric, rotation_metric, path_length, set_tangent
+   use path_control, only: control_t, is_arc_length, metric, rotation_metric, path_length, set_tangent, &
+      & displacement_between
    use force_law, only: segment_unknown
    implicit none
    private
@@ -288,11 +289,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
       real(wp) :: chord(3, size(from%u, 2))     !! (3, nodes)
-      if (problem%moves_nodes()) then
-         chord = displacements_at(problem, to, from%geometry) - from%u
-         return
-      end if
-      chord = to%u - from%u
+      chord = -displacement_between(problem, to, from)
    end function chord_between
 
    !> Transfers a rate field from the nodes of one state to the nodes of another.
@@ -339,13 +336,9 @@ contains
       !! interpolated linearly, too
       real(wp), intent(in) :: part              !! position of the interpolated state, 0 to 1, as a fraction of the arc length
       type(state_t) :: state
-      real(wp) :: length, weight(3)
+      real(wp) :: weight(3)
       state = blended(problem, [from, to], [1.0_wp - part, part])
-      length = path_length(problem, from, to)
-      weight = hermite(part)
-      if (.not. (metric(problem, before%u, before%u) > 0.0_wp .and. metric(problem, after%u, after%u) > 0.0_wp)) &
-         & weight = [0.0_wp, part, 0.0_wp]
-      weight([1, 3]) = weight([1, 3]) * length
+      weight = path_weights(problem, before, after, path_length(problem, from, to), part)
       state%load_factor = from%load_factor + weight(1) * before%load + weight(2) * (to%load_factor - from%load_factor) + &
          & weight(3) * after%load
       if (.not. problem%moves_nodes()) state%u = from%u + weight(1) * before%u + weight(2) * (to%u - from%u) + weight(3) * after%u
@@ -396,6 +389,19 @@ contains
       call shift_nodes(problem%model, problem%tableau, shift, state%geometry)
    end subroutine blend_geometry
 
+   !> Weights of the path tangent at the first point, of the chord, and of the path tangent at the second point in the interpolation
+   !> between two points: Hermite's cubic, or linear interpolation if a path tangent is zero.
+   pure function path_weights(problem, before, after, length, part) result(weight)
+      type(problem_t), intent(in) :: problem
+      type(path_tangent_t), intent(in) :: before, after
+      real(wp), intent(in) :: length, part      !! length of the chord in the path metric; part of the arc length, 0 to 1
+      real(wp) :: weight(3)
+      weight = hermite(part)
+      if (.not. (metric(problem, before%u, before%u) > 0.0_wp .and. metric(problem, after%u, after%u) > 0.0_wp)) &
+         & weight = [0.0_wp, part, 0.0_wp]
+      weight([1, 3]) = weight([1, 3]) * length
+   end function path_weights
+
    !> Weights of the slope at 0, the change, and the slope at 1 in Hermite's cubic on (0, 1).
    pure function hermite(part) result(weight)
       real(wp), intent(in) :: part
@@ -432,8 +438,7 @@ contains
       type(path_tangent_t), intent(in) :: before, after, heading !! path tangents at `from`, `to` and `place`
       real(wp), parameter :: same = 0.04_wp * largest_turn**2 !! largest distance from the path, divided by the length of the chord,
       !! at which a point is on the path; on a circular arc the error of the cubic is turn^3/384
-      real(wp), dimension(3, size(from%u, 2)) :: way, last
-      real(wp) :: length, along, weight(3), load
+      real(wp) :: way(3, size(from%u, 2)), length, along, distance, rise
       goes_back = .false.
       length = sqrt(metric(problem, chord, chord))
       if (length <= no_motion) return
@@ -441,44 +446,42 @@ contains
       along = metric(problem, way, chord) / length**2
       if (along <= 0.0_wp .or. along >= 1.0_wp) return
       if (metric(problem, chord, transferred_field(problem, from, place, heading%u)) >= 0.0_wp) return
-      weight = hermite(along)
-      last = transferred_field(problem, from, to, after%u)
-      way = way - weight(1) * length * before%u - weight(2) * chord - weight(3) * length * last
-      load = place%load_factor - from%load_factor - weight(2) * (to%load_factor - from%load_factor) - &
-         & length * (weight(1) * before%load + weight(3) * after%load)
-      goes_back = sqrt(metric(problem, way, way)) <= same * length .and. &
-         & abs(load) <= same * length * max(abs(before%load), abs(after%load))
+      call compare_with_path(problem, from, to, chord, before, after, along, way, place%load_factor, distance, rise)
+      goes_back = distance <= same * length .and. abs(rise) <= same * length * max(abs(before%load), abs(after%load))
    end function goes_back
 
    !> True if a state lies on the path between two points of the path. The path tangent of the state is not needed.
-   logical function lies_between(problem, from, to, chord, before, after, place) result(lies)
+   pure logical function lies_between(problem, from, to, chord, before, after, place) result(lies)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to, place !! two points of the path and the state in question; `alike` must be true for any
       !! two
       real(wp), intent(in) :: chord(:, :)       !! (3, nodes) displacement between `from` and `to`, see chord_between
       type(path_tangent_t), intent(in) :: before, after
-      type(state_t) :: expected
-      real(wp) :: length, along, part, distance, load, weight(3), way(3, size(from%u, 2))
+      real(wp) :: way(3, size(from%u, 2)), length, part, distance, rise
       lies = .true.
       length = sqrt(metric(problem, chord, chord))
       if (length <= no_motion) return
       way = chord_between(problem, from, place)
-      along = metric(problem, way, chord) / length**2
-      part = min(max(along, 0.0_wp), 1.0_wp)
-      if (problem%moves_nodes()) then
-         ! Cubic for the displacements of the material points that are nodes of `from`.
-         weight = hermite(part)
-         way = way - weight(1) * length * before%u - weight(2) * chord - weight(3) * length * &
-            & transferred_field(problem, from, to, after%u)
-         distance = sqrt(metric(problem, way, way))
-         load = from%load_factor + weight(2) * (to%load_factor - from%load_factor) + length * (weight(1) * before%load + &
-            & weight(3) * after%load)
-      else
-         expected = between(problem, from, to, before, after, part)
-         distance = path_length(problem, expected, place)
-         load = expected%load_factor
-      end if
-      lies = distance <= largest_distance * length .and. &
-         & abs(load - place%load_factor) <= largest_load * length * max(abs(before%load), abs(after%load))
+      part = min(max(metric(problem, way, chord) / length**2, 0.0_wp), 1.0_wp)
+      call compare_with_path(problem, from, to, chord, before, after, part, way, place%load_factor, distance, rise)
+      lies = distance <= largest_distance * length .and. abs(rise) <= largest_load * length * max(abs(before%load), abs(after%load))
    end function lies_between
+
+   !> Compares a state with the interpolation between two points of the path, for the material points that are nodes of `from`.
+   pure subroutine compare_with_path(problem, from, to, chord, before, after, part, way, load_factor, distance, rise)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: from, to
+      real(wp), intent(in) :: chord(:, :)       !! (3, nodes) displacement between `from` and `to`, see chord_between
+      type(path_tangent_t), intent(in) :: before, after !! path tangents at `from` and `to`
+      real(wp), intent(in) :: part              !! position on the path with which the state is compared, 0 to 1
+      real(wp), intent(in) :: way(:, :), load_factor !! displacement between `from` and the state; load factor of the state
+      real(wp), intent(out) :: distance         !! distance of the state from the path
+      real(wp), intent(out) :: rise             !! load factor of the state minus that of the path
+      real(wp) :: weight(3), apart(3, size(way, 2))
+      weight = path_weights(problem, before, after, sqrt(metric(problem, chord, chord)), part)
+      apart = way - weight(1) * before%u - weight(2) * chord - weight(3) * transferred_field(problem, from, to, after%u)
+      distance = sqrt(metric(problem, apart, apart))
+      rise = load_factor - from%load_factor - weight(1) * before%load - weight(2) * (to%load_factor - from%load_factor) - &
+         & weight(3) * after%load
+   end subroutine compare_with_path
 end module path_continuity

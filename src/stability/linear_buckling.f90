@@ -95,7 +95,7 @@ contains
          call fail(error, 'the tangent is nothing but rounding: '//rounding_cure(problem, state))
          return
       end if
-      call new_stress_stiffness(problem, state, system, operator%prime)
+      call new_stress_stiffness(problem, state, system, 0.0_wp, operator%prime)
       operator%problem => problem
       operator%system => system
       call largest_eigenvalues(operator, n_modes, residual_tolerance, spectrum, error)
@@ -164,11 +164,11 @@ contains
          both%vector = reshape([both%vector, vector], [operator%n, size(both%value) + size(value)])
          both%value = [both%value, 1.0_wp / value]
       end do
-      both%n = min(wanted, size(both%value))
       order = ascending(-abs(both%value))
-      spectrum%n = both%n
-      spectrum%value = both%value(order(:both%n))
-      spectrum%vector = both%vector(:, order(:both%n))
+      order = order(:min(wanted, size(order)))
+      spectrum%n = size(order)
+      spectrum%value = both%value(order)
+      spectrum%vector = both%vector(:, order)
 
    contains
 
@@ -250,7 +250,7 @@ contains
       type(factor_t) :: factor
       type(active_coupling_t) :: coupling
       coupling = pencil%coupling
-      call factorise(shifted_band(pencil, shift), pencil%fixed, factor)
+      call factorise(band_sum(1.0_wp, pencil%k, shift, pencil%prime), pencil%fixed, factor)
       call factor_excess(coupling, factor, pencil%fixed)
       eigenvalues_below = factor%negative_pivots + coupling%negative_pivots
    end function eigenvalues_below
@@ -290,7 +290,7 @@ contains
       operator%prime = pencil%prime
       operator%fixed = pencil%fixed
       operator%coupling = pencil%coupling
-      call factorise(shifted_band(pencil, high), pencil%fixed, operator%factor)
+      call factorise(band_sum(1.0_wp, pencil%k, high, pencil%prime), pencil%fixed, operator%factor)
       call factor_excess(operator%coupling, operator%factor, pencil%fixed)
       ! The iteration also finds eigenvalues beyond the shift. More and more eigenvalues are therefore requested, until all those
       ! below the shift are among them.
@@ -327,11 +327,4 @@ contains
          call add_excess_response(self%coupling, y(:, j))
       end do
    end subroutine apply_shifted
-
-   function shifted_band(pencil, shift) result(band)
-      type(pencil_t), intent(in) :: pencil
-      real(wp), intent(in) :: shift
-      type(band_t) :: band
-      band = band_sum(1.0_wp, pencil%k, shift, pencil%prime)
-   end function shifted_band
 end module linear_buckling

@@ -40,15 +40,6 @@ module stress_stiffness
 
 contains
 
-   !> Assembles the derivative of the stress stiffness by the load factor, in the node axes of the system.
-   subroutine new_stress_stiffness(problem, state, system, matrix)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system     !! assembled and factored at `state`
-      type(stress_stiffness_t), intent(out) :: matrix
-      call sum_stresses(problem, state, system, 0.0_wp, matrix)
-   end subroutine new_stress_stiffness
-
    !> Assembles the stress stiffness for a change of the load factor, and its derivative at this change, in the node axes of the
    !> system.
    subroutine stiffness_under(problem, state, system, factor, matrix, derivative)
@@ -62,9 +53,9 @@ contains
       real(wp), parameter :: part = 1.0e-3_wp
       type(stress_stiffness_t) :: more
       real(wp) :: over
-      call sum_stresses(problem, state, system, factor, matrix)
-      call sum_stresses(problem, state, system, (1.0_wp + part) * factor, more)
-      call sum_stresses(problem, state, system, (1.0_wp - part) * factor, derivative)
+      call new_stress_stiffness(problem, state, system, factor, matrix)
+      call new_stress_stiffness(problem, state, system, (1.0_wp + part) * factor, more)
+      call new_stress_stiffness(problem, state, system, (1.0_wp - part) * factor, derivative)
       derivative%pressure = end_pressures(problem, state, problem%model%step(problem%step)%load)
       over = 0.5_wp / (part * factor)
       derivative%k = band_sum(over, more%k, -over, derivative%k)
@@ -73,9 +64,9 @@ contains
       derivative%at_nodes = combined(over, more%at_nodes, -over, derivative%at_nodes)
    end subroutine stiffness_under
 
-   !> Sums the stress stiffness for the change `factor` of the load factor; for factor 0, the derivative of the stress stiffness by
-   !> the load factor.
-   subroutine sum_stresses(problem, state, system, factor, matrix)
+   !> Assembles the stress stiffness for the change `factor` of the load factor, in the node axes of the system; for factor 0, the
+   !> derivative of the stress stiffness by the load factor.
+   subroutine new_stress_stiffness(problem, state, system, factor, matrix)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! assembled and factored at `state`
@@ -157,7 +148,7 @@ contains
             call matrix%at_nodes%append([carried_by(problem, e), problem%model%mesh%node(:, e)], times * laid, relative=.true.)
          end do
       end subroutine load_carriers
-   end subroutine sum_stresses
+   end subroutine new_stress_stiffness
 
    !> Multiplies the stress stiffness by x, and forms x^T y, from the parts and thus without the rounding error of the assembled
    !> matrix (see apply_elements).

@@ -10,18 +10,18 @@ module tangent_modes
    use errors, only: error_t
    use problem, only: problem_t, unknown_weights
    use rod_state, only: state_t, end_pressures
-   use linear_system, only: system_t, to_global
+   use linear_system, only: system_t
    use node_matrices, only: apply_node_matrices
    use axial_rigidity, only: shrinking_forces
    use element_products, only: apply_elements
    use deck_nodes, only: deck_node_rates
    use active_coupling, only: subtract_excess
-   use bordered_system, only: solve_effective
+   use bordered_system, only: solve_effective, all_to_global
    use block_krylov, only: operator_t, spectrum_t, largest_eigenvalues
    implicit none
    private
-   public :: modes_t, lowest_modes, null_vectors, bending_stiffness, stretching_work, choose_null_vectors, apply_tangent, &
-      & nodal_values, deck_mode, numbered_eigenvalue, mode_tolerance, most_null_vectors
+   public :: modes_t, lowest_modes, null_vectors, bending_stiffness, stretching_forces, stretching_work, choose_null_vectors, &
+      & apply_tangent, deck_mode, numbered_eigenvalue, mode_tolerance, most_null_vectors
 
    !> Eigenvalues nearest to zero, in ascending order of magnitude, with their modes.
    type :: modes_t
@@ -117,20 +117,28 @@ contains
       bending_stiffness = minval(1.0_wp / problem%compliance%bending) / problem%size
    end function bending_stiffness
 
-   !> Correction of x^T K x for the small artificial extension that the tangent allows in inextensible elements; x is a multiple of
-   !> the response of the structure to the forces `rhs`.
+   !> Correction of x^T K x for the small artificial extension that the tangent allows in inextensible elements, see
+   !> stretching_forces.
    real(wp) function stretching_work(system, rhs, x) result(work)
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: rhs(:), x(:)   !! (n) see stretching_forces
+      work = -dot_product(x, stretching_forces(system, rhs, x))
+   end function stretching_work
+
+   !> Forces that remove the small artificial extension of inextensible elements from x, which is a multiple of the response of the
+   !> structure to the forces `rhs`.
+   function stretching_forces(system, rhs, x) result(force)
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: rhs(:)         !! (n) forces
       real(wp), intent(in) :: x(:)           !! (n) node axes, zero at the fixed unknowns
-      real(wp) :: answer(system%n), force(system%n), stretch(2, system%rigidity%n)
+      real(wp) :: force(system%n)
+      real(wp) :: answer(system%n), stretch(2, system%rigidity%n)
       call solve_effective(system, rhs, answer, stretch)
-      work = 0.0_wp
+      force = 0.0_wp
       ! If the response is zero, there is no extension.
-      if (.not. abs(dot_product(x, answer)) > 0.0_wp) return
-      call shrinking_forces(system%rigidity, stretch * (dot_product(x, x) / dot_product(x, answer)), force)
-      work = -dot_product(x, force)
-   end function stretching_work
+      if (abs(dot_product(x, answer)) > 0.0_wp) &
+         & call shrinking_forces(system%rigidity, stretch * (dot_product(x, x) / dot_product(x, answer)), force)
+   end function stretching_forces
 
    !> Rotates the first n modes, whose eigenvalues are zero, to null vectors that do not depend on rounding. (Every rotation of a
    !> basis of the null space is again a basis, but branches have the directions of only few vectors of this space.)
@@ -221,7 +229,8 @@ contains
       end do
    end subroutine apply_inverse
 
-   !> A mode at the deck's nodes, scaled to a largest translation of 1.
+   !> A mode at the deck's nodes, scaled to a largest translation of 1. The sign is chosen so that the larger component is positive
+   !> at the first node that moves by at least half of the largest translation.
    subroutine deck_mode(problem, state, system, x, mode, sense)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state     !! state at which the system is assembled
@@ -229,8 +238,19 @@ contains
       real(wp), intent(in) :: x(:)           !! (unknowns) mode, node axes
       real(wp), intent(out) :: mode(:, :)    !! (3, deck's nodes) scaled mode, global axes
       real(wp), intent(out) :: sense         !! 1, or -1 if the sign of the mode was changed
+      real(wp) :: largest
+      integer :: node
       mode = deck_values(problem, state, system, x)
-      call scale_mode(mode, sense)
+      sense = 1.0_wp
+      largest = sqrt(maxval(mode(1, :)**2 + mode(2, :)**2))
+      if (.not. largest > 0.0_wp) return
+      mode = mode / largest
+      do node = 1, size(mode, 2)
+         if (hypot(mode(1, node), mode(2, node)) < 0.5_wp) cycle
+         if (mode(maxloc(abs(mode(1:2, node)), 1), node) < 0.0_wp) sense = -1.0_wp
+         exit
+      end do
+      mode = sense * mode
    end subroutine deck_mode
 
    !> A mode at the deck's nodes in global axes. If the mesh is that of the deck, these are the values at the nodes of the mesh,
@@ -242,42 +262,11 @@ contains
       real(wp), intent(in) :: x(:)           !! (unknowns) mode, node axes
       real(wp) :: values(3, problem%deck%mesh%n_nodes)
       if (problem%deck_mesh) then
-         values = nodal_values(problem, system, x)
+         values = all_to_global(problem, system, x)
       else
          values = deck_node_rates(problem, state, system, x)
       end if
    end function deck_values
-
-   !> Values of unknowns at the nodes of the mesh, global axes.
-   function nodal_values(problem, system, x) result(values)
-      type(problem_t), intent(in) :: problem
-      type(system_t), intent(in) :: system
-      real(wp), intent(in) :: x(:)           !! (unknowns) values, node axes
-      real(wp) :: values(3, size(problem%weight))
-      integer :: node
-      do node = 1, size(values, 2)
-         values(:, node) = to_global(problem, system, x, node)
-      end do
-   end function nodal_values
-
-   !> Scales a mode to a largest translation of 1. The sign is chosen so that the larger component is positive at the first node
-   !> that moves by at least half of the largest translation.
-   pure subroutine scale_mode(mode, sense)
-      real(wp), intent(inout) :: mode(:, :)  !! (3, nodes) mode, global axes
-      real(wp), intent(out) :: sense         !! 1, or -1 if the sign of the mode was changed
-      real(wp) :: largest
-      integer :: node
-      sense = 1.0_wp
-      largest = sqrt(maxval(mode(1, :)**2 + mode(2, :)**2))
-      if (.not. largest > 0.0_wp) return
-      mode = mode / largest
-      do node = 1, size(mode, 2)
-         if (hypot(mode(1, node), mode(2, node)) < 0.5_wp) cycle
-         if (mode(maxloc(abs(mode(1:2, node)), 1), node) < 0.0_wp) sense = -1.0_wp
-         exit
-      end do
-      mode = sense * mode
-   end subroutine scale_mode
 
    !> Eigenvalue with a given number, counted in ascending order. If this eigenvalue is not among the computed ones, the result is
    !> the largest computed magnitude, with the sign that follows from the number.

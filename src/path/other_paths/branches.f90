@@ -23,8 +23,7 @@ module branches
    use corrector, only: increment_t, correct
    use path_record, only: recorder_t, branch_start_t
    use rod_state, only: state_t
-   use linear_system, only: to_global
-   use bordered_system, only: apply_increment
+   use bordered_system, only: apply_increment, all_to_global
    use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, deck_mode
    use test_kinds, only: span_test_t, test_slack, test_gap
    use state_transfer, only: carried
@@ -250,7 +249,7 @@ contains
       type(control_t) :: plane
       real(wp), allocatable :: shape(:, :), chord(:, :), away(:, :), seen(:, :)
       real(wp) :: length, along, sense, drift
-      integer :: try, node
+      integer :: try
 
       if (.not. run%last%system%ok) then
          report%message = 'the tangent at the bifurcation is singular'
@@ -262,10 +261,7 @@ contains
          return
       end if
       call choose_null_vectors(problem, run%last%state, run%last%system, critical_point%multiplicity, modes)
-      allocate (shape(3, size(run%last%state%u, 2)))
-      do node = 1, size(shape, 2)
-         shape(:, node) = to_global(problem, run%last%system, modes%x(:, mode), node)
-      end do
+      shape = all_to_global(problem, run%last%system, modes%x(:, mode))
       allocate (seen(3, problem%deck%mesh%n_nodes))
       call deck_mode(problem, run%last%state, run%last%system, modes%x(:, mode), seen, sense)
       sense = side * sense

@@ -7,9 +7,9 @@ module event_recording
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t, candidate_opening
    use linear_system, only: system_t, new_system
-   use bordered_system, only: linearise
+   use bordered_system, only: linearise, all_to_global
    use located_zero, only: as_zero
-   use tangent_modes, only: modes_t, null_vectors, choose_null_vectors, nodal_values, deck_mode
+   use tangent_modes, only: modes_t, null_vectors, choose_null_vectors, deck_mode
    use force_free_contact, only: remove_force_free_lines, free_rotations, line_opening
    use path_control, only: path_length, displacement_between
    use state_transfer, only: carried_field
@@ -116,7 +116,7 @@ contains
                call linearise(free, released, released, other)
                call find_null_vectors(free, step, other, released, event, critical, modes)
                critical%note = event%note
-               opens = line_opening(problem, place, free, released, nodal_values(free, other, modes%x(:, 1)))
+               opens = line_opening(problem, place, free, released, all_to_global(free, other, modes%x(:, 1)))
                if (opens == 0) &
                   & critical%note = 'bifurcation without contacts that carry no force; none of its directions opens them all'
                call free_rotations(free)
