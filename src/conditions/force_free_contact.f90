@@ -20,7 +20,7 @@ module force_free_contact
    use span_candidates, only: present_contact_spans
    use touchdown_points, only: carry_forces
    use breakpoint_forces, only: breakpoint_force
-   use past_breakpoints, only: beyond
+   use past_breakpoints, only: beyond, end_node
    use state_transfer, only: carried
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
@@ -206,24 +206,18 @@ contains
       type(problem_t), intent(in) :: problem
       type(contact_span_t), intent(in) :: contact_span(:) !! contact spans before the reduction
       integer, intent(in) :: k, side
-      integer :: next, node, way
+      integer :: next, way
       real(wp) :: end
       way = merge(-1, 1, side == 1)
       end = merge(0.0_wp, problem%layout%rod_segment(contact_span(k)%rod_segment)%length, side == 1)
       needs_no_point = .false.
       if (abs(contact_span(k)%at(side) - end) > 0.0_wp) return
-      if (side == 1) then
-         node = problem%model%mesh%node(1, problem%element_first(contact_span(k)%rod_segment))
-      else
-         node = problem%model%mesh%node(2, problem%element_last(contact_span(k)%rod_segment))
-      end if
-      needs_no_point = problem%beside(side, node) == 0
+      needs_no_point = problem%beside(side, end_node(problem, k, way)) == 0
       next = beyond(problem, k, way)
       if (next == 0) return
       end = merge(problem%layout%rod_segment(next)%length, 0.0_wp, side == 1)
-      needs_no_point = any(contact_span%line .and. contact_span%rod_segment == next .and. contact_span%contact == &
-         & contact_span(k)%contact .and. &
-         & abs(contact_span%at(3 - side) - end) <= 0.0_wp)
+      needs_no_point = any(contact_span%line .and. contact_span%rod_segment == next .and. &
+         & contact_span%contact == contact_span(k)%contact .and. abs(contact_span%at(3 - side) - end) <= 0.0_wp)
    end function needs_no_point
 
    !> True if the magnitude of the obstacle's force density along a line contact exceeds `bound` anywhere, by more than its error.

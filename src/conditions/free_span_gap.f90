@@ -178,9 +178,8 @@ contains
       logical :: touching(problem%model%mesh%n_nodes)
       integer :: side
       touching = .false.
-      touching(pack(problem%candidates%node, problem%candidates%contact_span > 0 .and. problem%candidates%contact == &
-         & line%contact)) = &
-         & .true.
+      touching(pack(problem%candidates%node, problem%candidates%contact_span > 0 .and. &
+         & problem%candidates%contact == line%contact)) = .true.
       line%touches = touching([problem%model%mesh%node(1, line%first), problem%model%mesh%node(2, line%last)])
       ends = [problem%origin(line%first) + state%geometry%element(line%first)%s(1), &
          & problem%origin(line%last) + state%geometry%element(line%last)%s(2)]

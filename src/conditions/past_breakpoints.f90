@@ -3,7 +3,7 @@ module past_breakpoints
    use problem, only: problem_t
    implicit none
    private
-   public :: beyond
+   public :: beyond, end_node
 
 contains
 

@@ -95,13 +95,7 @@ contains
          fails = failing_nodes(problem, points, k)
          do i = 1, size(span)
             if (.not. problem%covered(span(i)%rod_segment, k)) cycle
-            test = span_test_t(kind=test_gap, contact=k, rod_segment=span(i)%rod_segment, element=span(i)%element)
-            largest = 0.0_wp
-            if (valued) call least_gap(problem, state, span(i)%element, k, touched, fails, profile, test%value, test%at, &
-               & test%error, largest)
-            test%value = test%value / problem%size
-            test%error = test%error / problem%size
-            tests = [tests, test]
+            call add_gap(span(i)%rod_segment, span(i)%element)
             test%beside = merge(span(i)%contact_span, 0, span(i)%contact == k)
             if (all(test%beside == 0)) cycle
             ! A contact span of the next segment at the boundary counts only if a contact span of this segment, of the same contact,
@@ -121,15 +115,23 @@ contains
          do i = 1, size(problem%contact_span)
             associate (line => problem%contact_span(i))
                if (.not. line%line .or. line%contact == k .or. .not. problem%covered(line%rod_segment, k)) cycle
-               test = span_test_t(kind=test_gap, contact=k, rod_segment=line%rod_segment, element=line%element)
-               if (valued) call least_gap(problem, state, line%element, k, touched, fails, profile, test%value, test%at, &
-                  & test%error, largest)
+               call add_gap(line%rod_segment, line%element)
             end associate
-            test%value = test%value / problem%size
-            test%error = test%error / problem%size
-            tests = [tests, test]
          end do
       end do
+
+   contains
+
+      !> Adds the test of the least gap between some elements and the obstacle of contact k, and sets `largest`.
+      subroutine add_gap(rod_segment, element)
+         integer, intent(in) :: rod_segment, element(2)   ! rod segment; first and last element
+         test = span_test_t(kind=test_gap, contact=k, rod_segment=rod_segment, element=element)
+         largest = 0.0_wp
+         if (valued) call least_gap(problem, state, element, k, touched, fails, profile, test%value, test%at, test%error, largest)
+         test%value = test%value / problem%size
+         test%error = test%error / problem%size
+         tests = [tests, test]
+      end subroutine add_gap
    end function gap_tests
 
    !> For a gap test that is zero: tests of the other local minima of the gap in the same free span that are as low, for instance at
@@ -183,7 +185,6 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(span_test_t), allocatable :: tests(:)
-      type(span_test_t) :: test
       type(contact_span_t), allocatable :: now(:)
       type(free_span_t), allocatable :: span(:)
       integer :: k, side
@@ -191,25 +192,24 @@ contains
       now = present_contact_spans(problem, state)
       do k = 1, size(now)
          if (now(k)%line) call add(span_test_t(kind=test_length, contact_span=k, rod_segment=now(k)%rod_segment, &
-            & at=0.5_wp * sum(now(k)%at)), &
-            & now(k)%at)
+            & at=0.5_wp * sum(now(k)%at)), now(k)%at)
       end do
       span = free_spans(problem)
       do k = 1, size(span)
          side = findloc(span(k)%contact_span > 0, .true., 1)
          if (count(span(k)%contact_span > 0) == 1) call add(span_test_t(kind=test_boundary_span, &
-            & contact_span=span(k)%contact_span(side), &
-            & rod_segment=span(k)%rod_segment, sense=merge(1.0_wp, -1.0_wp, side == 1)), span_ends(problem, state, span(k)))
+            & contact_span=span(k)%contact_span(side), rod_segment=span(k)%rod_segment, &
+            & sense=merge(1.0_wp, -1.0_wp, side == 1)), span_ends(problem, state, span(k)))
       end do
 
    contains
 
-      subroutine add(new, ends)
-         type(span_test_t), intent(in) :: new
+      !> Adds the test of the length between two coordinates.
+      subroutine add(test, ends)
+         type(span_test_t), intent(in) :: test
          real(wp), intent(in) :: ends(2)
-         test = new
-         test%value = (ends(2) - ends(1) - least_length(problem, test)) / problem%size
          tests = [tests, test]
+         tests(size(tests))%value = (ends(2) - ends(1) - least_length(problem, test)) / problem%size
       end subroutine add
    end function length_tests
 
@@ -240,7 +240,6 @@ contains
          if (.not. problem%contact_span(k)%line) cycle
          test = span_test_t(kind=test_pressure, contact_span=k)
          side = 0
-         test%value = 0.0_wp
          if (valued) call least_pressure(problem, state, now(k), test%value, test%at, side)
          test%value = max(test%value, -scale / problem%size) * problem%size / scale
          test%sense = real(side, wp)

@@ -61,15 +61,13 @@ contains
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
       character(:), allocatable, intent(out) :: message !! '' if no node penetrates the obstacle
-      integer, intent(out), optional :: node            !! the node; unchanged if the message is ''
+      integer, intent(out) :: node                      !! the node with the least gap
       real(wp) :: gap
-      integer :: worst
       message = ''
-      call least_gap_of_nodes(model, contact, gap, worst)
+      call least_gap_of_nodes(model, contact, gap, node)
       if (gap >= -deepest_start(model)) return
-      message = 'the imperfection puts node '//to_text(model%mesh%node_label(worst))//' '//rounded(-gap)// &
+      message = 'the imperfection puts node '//to_text(model%mesh%node_label(node))//' '//rounded(-gap)// &
          & ' behind the obstacle; leave it room with GAP, or push it out with *CONTACT INTERFERENCE, SHRINK'
-      if (present(node)) node = worst
    end subroutine overlap_of_nodes
 
    !> Message about the element with the deepest initial penetration between its nodes, for a contact whose nodes themselves do not

@@ -233,15 +233,14 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: m
       real(wp), intent(out) :: error, slope
-      real(wp), intent(out), optional :: normal(2) !! unit normal of the obstacle at the point
-      real(wp) :: gap, n(2), bend, rate(2), turn, way(2)
+      real(wp), intent(out) :: normal(2)     !! unit normal of the obstacle at the point
+      real(wp) :: gap, bend, rate(2), turn, way(2)
       associate (mark => problem%mark(m), c => problem%mark(m)%candidate(2), chain => problem%ground%chain)
-         call chain_gap(problem, state, chain, c, gap, n, bend)
+         call chain_gap(problem, state, chain, c, gap, normal, bend)
          error = gap - mark%level
          call rod_rate(problem, state, chain%element(2, c), rate, turn, way)
-         slope = gap_slope(problem, chain, c, state%geometry%x(:, mark%node), n, rate, way)
+         slope = gap_slope(problem, chain, c, state%geometry%x(:, mark%node), normal, rate, way)
       end associate
-      if (present(normal)) normal = n
    end subroutine mark_error
 
    !> Effect on its node of an interface point that is not at its equilibrium position: a spring along the normal, an unbalanced

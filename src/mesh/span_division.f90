@@ -250,18 +250,15 @@ contains
    end function sampled_division
 
    !> True if a span has become so long that a new mesh would give this span more than 5/4 of its present number of elements.
-   logical function outgrown(problem, state, cuts)
+   logical function outgrown(problem, state, cut)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(cut_t), intent(in), optional :: cuts(:)   !! interface points of foundations, sorted along the rods
+      type(cut_t), intent(in) :: cut(:)              !! interface points of foundations, sorted along the rods
       type(contact_span_t), allocatable :: contact_span(:)
-      type(cut_t), allocatable :: cut(:)
       real(wp), allocatable :: at(:), now(:), ends(:)
       integer :: k, i
       contact_span = present_contact_spans(problem, state)
       call sort_contact_spans(contact_span)
-      allocate (cut(0))
-      if (present(cuts)) cut = cuts
       outgrown = .false.
       do k = 1, size(problem%layout%rod_segment)
          if (problem%layout%rod_segment(k)%placed) cycle

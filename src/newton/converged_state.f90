@@ -34,13 +34,11 @@ contains
       if (any(state%active .and. .not. system%soft .and. system%unknown == 0 .and. problem%candidates%contact_span == 0)) &
          & worst = huge(1.0_wp)
       ! The distance of an interface point from its equilibrium position changes the forces to second order only: its square counts.
-      if (size(problem%mark) > 0) then
-         do m = 1, size(problem%mark)
-            call mark_spring(problem, state, m, spring, force, rate, normal)
-            worst = max(worst, abs(force) / max(system%force_scale, tiny(worst)), (mark_step(problem, state, state, m) / &
-               & problem%size)**2)
-         end do
-      end if
+      do m = 1, size(problem%mark)
+         call mark_spring(problem, state, m, spring, force, rate, normal)
+         worst = max(worst, abs(force) / max(system%force_scale, tiny(worst)), (mark_step(problem, state, state, m) / &
+            & problem%size)**2)
+      end do
       if (.not. problem%has_spans()) return
       allocate (at(problem%candidates%n))
       call misfit(problem, state, at, moment)
@@ -56,18 +54,13 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
-      real(wp) :: reaction
       integer :: c
       contact_holds = .true.
       do c = 1, problem%candidates%n
          if (problem%candidates%bilateral(c)) cycle
          if (state%active(c)) then
-            if (system%soft(c)) then
-               reaction = system%push(c)
-            else
-               reaction = state%reaction(c)
-            end if
-            contact_holds = contact_holds .and. reaction >= -sign_slack * system%force_scale
+            contact_holds = contact_holds .and. merge(system%push(c), state%reaction(c), system%soft(c)) >= &
+               & -sign_slack * system%force_scale
          else
             contact_holds = contact_holds .and. system%opening(c) >= -10.0_wp * overlap_allowed(problem, system, c)
          end if

@@ -82,6 +82,6 @@ contains
    pure real(wp) function step_work(system, x) result(work)
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: x(:) !! (n) increment, node axes
-      work = dot_product(pack(system%residual, .not. system%fixed), pack(x, .not. system%fixed))
+      work = sum(system%residual * x, mask=.not. system%fixed)
    end function step_work
 end module step_search

@@ -10,8 +10,8 @@ module obstacle_curve
    implicit none
    private
    public :: obstacle_curve_t, foot_t, nearest_point, curve_samples, sharpest_turn, crosses_itself
-   public :: piece_t, straight_piece, arc_piece, quintic_pieces, join_pieces
-   public :: shape_arc, shape_quintic, arc_length, turned_angle, polynomial_at, first_derivatives
+   public :: piece_t, piece_point, straight_piece, arc_piece, quintic_pieces, join_pieces
+   public :: shape_quintic, arc_length, turned_angle, polynomial_at, first_derivatives, angle_between
 
    integer, parameter :: shape_straight = 1, shape_arc = 2, shape_quintic = 3
 
@@ -116,17 +116,15 @@ contains
       real(wp), intent(in) :: c(2, 6)     !! coefficients of the polynomial, see piece_t
       real(wp), intent(in) :: t
       real(wp) :: d(2, 0:5)
-      d(:, 0) = c(:, 1) + t * (c(:, 2) + t * (c(:, 3) + t * (c(:, 4) + t * (c(:, 5) + t * c(:, 6)))))
-      d(:, 1) = c(:, 2) + t * (2 * c(:, 3) + t * (3 * c(:, 4) + t * (4 * c(:, 5) + t * 5 * c(:, 6))))
-      d(:, 2) = 2 * c(:, 3) + t * (6 * c(:, 4) + t * (12 * c(:, 5) + t * 20 * c(:, 6)))
+      call first_derivatives(c, t, d(:, 0), d(:, 1), d(:, 2))
       d(:, 3) = 6 * c(:, 4) + t * (24 * c(:, 5) + t * 60 * c(:, 6))
       d(:, 4) = 24 * c(:, 5) + t * 120 * c(:, 6)
       d(:, 5) = 120 * c(:, 6)
    end function polynomial_at
 
-   !> Value and first two derivatives of a polynomial; faster than polynomial_at.
+   !> Value and first two derivatives of a polynomial.
    pure subroutine first_derivatives(c, t, x, d, dd)
-      real(wp), intent(in) :: c(2, 6), t
+      real(wp), intent(in) :: c(2, 6), t   !! coefficients of the polynomial, see piece_t; parameter
       real(wp), intent(out) :: x(2), d(2), dd(2) !! position and derivatives by t
       x = c(:, 1) + t * (c(:, 2) + t * (c(:, 3) + t * (c(:, 4) + t * (c(:, 5) + t * c(:, 6)))))
       d = c(:, 2) + t * (2 * c(:, 3) + t * (3 * c(:, 4) + t * (4 * c(:, 5) + t * 5 * c(:, 6))))

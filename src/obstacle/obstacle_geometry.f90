@@ -1,12 +1,13 @@
 !> Gap function of the obstacles: value, gradient and curvature at a point.
 module obstacle_geometry
+   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp, degree
    use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle, obstacle_arc
    use obstacle_curve, only: foot_t, nearest_point
    implicit none
    private
    public :: nearest_piece, joints_apart
-   public :: obstacle_gap, moved_gap, has_angle, contact_angle, turns_forward, unwrap_angle, contact_curvature
+   public :: obstacle_gap, moved_gap, contact_angle, turns_forward, unwrap_angle, contact_curvature
 
 contains
 
@@ -106,11 +107,14 @@ contains
       has_angle = obstacle%kind == obstacle_circle .or. obstacle%kind == obstacle_arc
    end function has_angle
 
-   !> Direction from the centre to a point, in degrees from the reference direction, in (-180, 180].
+   !> Direction from the centre to a point, in degrees from the reference direction, in (-180, 180]; NaN for an obstacle without
+   !> angles.
    pure real(wp) function contact_angle(obstacle, x) result(angle)
-      type(obstacle_t), intent(in) :: obstacle !! obstacle for which has_angle is true
+      type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: x(2)             !! position in the axes of the obstacle
       real(wp) :: d(2), c, s
+      angle = ieee_value(angle, ieee_quiet_nan)
+      if (.not. has_angle(obstacle)) return
       d = x - obstacle%centre
       c = cos(obstacle%reference_angle)
       s = sin(obstacle%reference_angle)
@@ -119,7 +123,7 @@ contains
 
    !> True if the contact angle increases along a rod through point x in direction `tangent`.
    pure logical function turns_forward(obstacle, x, tangent)
-      type(obstacle_t), intent(in) :: obstacle !! obstacle for which has_angle is true
+      type(obstacle_t), intent(in) :: obstacle !! obstacle with angles
       real(wp), intent(in) :: x(2), tangent(2) !! position in the axes of the obstacle; unit direction of the rod
       real(wp) :: d(2)
       d = x - obstacle%centre
@@ -127,14 +131,15 @@ contains
    end function turns_forward
 
    !> Adds full turns to the angle at the end of a contact region, so that it differs from the angle at the start by about length
-   !> over radius, forward or backward.
+   !> over radius, forward or backward. Nothing is changed for an obstacle without angles.
    pure subroutine unwrap_angle(obstacle, length, forward, start, end)
-      type(obstacle_t), intent(in) :: obstacle !! obstacle for which has_angle is true
+      type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: length           !! stress-free length of the contact region
       logical, intent(in) :: forward           !! true: the angle increases
       real(wp), intent(in) :: start            !! angle at the start of the region [degrees]
       real(wp), intent(inout) :: end           !! angle at the end of the region [degrees]; in: between -180 and 180
       real(wp) :: span
+      if (.not. has_angle(obstacle)) return
       span = length / obstacle%radius / degree
       if (.not. forward) span = -span
       end = end + 360.0_wp * anint((start + span - end) / 360.0_wp)

@@ -3,7 +3,8 @@
 module obstacle_shapes
    use kinds, only: wp, pi
    use quintic_spline, only: spline_derivatives, hermite_coefficients, ends_straight, ends_meet
-   use obstacle_curve, only: obstacle_curve_t, piece_t, straight_piece, arc_piece, quintic_pieces, join_pieces
+   use obstacle_curve, only: obstacle_curve_t, piece_t, straight_piece, arc_piece, quintic_pieces, join_pieces, &
+      & angle_between
    implicit none
    private
    public :: arc_curve, ellipse_points, polyline_curve, misfit, spline_curve, mirrored, corner_turn, widest_corner_radius, &
@@ -90,22 +91,19 @@ contains
    !> times the second derivative of the curvature, which is continuous.
    function spline_curve(point, closed) result(curve)
       real(wp), intent(in) :: point(:, :) !! (2, 2 or more) points; a closed spline has 4 or more, the last one equal to the first
-      logical, intent(in), optional :: closed !! true: the spline is periodic (default: false)
+      logical, intent(in) :: closed       !! true: the spline is periodic
       type(obstacle_curve_t) :: curve
       type(piece_t), allocatable :: piece(:), more(:), next(:)
       real(wp), dimension(size(point, 2), 2) :: value, slope, bend
       real(wp) :: knot(size(point, 2)), c(2, 6), h
       integer :: i, k, n, pieces
-      logical :: meets
-      meets = .false.
-      if (present(closed)) meets = closed
       n = size(point, 2)
       knot(1) = 0.0_wp
       do i = 2, n
          knot(i) = knot(i - 1) + norm2(point(:, i) - point(:, i - 1))
       end do
       value = transpose(point)
-      call spline_derivatives(knot, value, merge(ends_meet, ends_straight, meets), slope, bend)
+      call spline_derivatives(knot, value, merge(ends_meet, ends_straight, closed), slope, bend)
       allocate (piece(4 * n))
       pieces = 0
       do i = 1, n - 1
@@ -123,7 +121,7 @@ contains
          piece(pieces + 1:pieces + size(next)) = next
          pieces = pieces + size(next)
       end do
-      curve = join_pieces(piece(:pieces), meets)
+      curve = join_pieces(piece(:pieces), closed)
    end function spline_curve
 
    !> Points of a curve, continued by mirror images beyond those ends whose direction is given; the mirror is normal to the curve at
@@ -168,10 +166,7 @@ contains
    pure real(wp) function corner_turn(point, i) result(turn)
       real(wp), intent(in) :: point(:, :)
       integer, intent(in) :: i
-      real(wp) :: a(2), b(2)
-      a = point(:, i) - point(:, i - 1)
-      b = point(:, i + 1) - point(:, i)
-      turn = atan2(a(1) * b(2) - a(2) * b(1), dot_product(a, b))
+      turn = angle_between(point(:, i) - point(:, i - 1), point(:, i + 1) - point(:, i))
    end function corner_turn
 
    !> Number of the first point whose corner does not fit on its segment together with the previous corner; 0: all corners fit.

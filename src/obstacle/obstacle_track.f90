@@ -13,7 +13,7 @@
 module obstacle_track
    use kinds, only: wp, pi
    use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle
-   use obstacle_curve, only: foot_t, nearest_point, shape_arc, shape_quintic, arc_length, turned_angle, polynomial_at, &
+   use obstacle_curve, only: foot_t, nearest_point, piece_point, shape_quintic, arc_length, turned_angle, polynomial_at, &
       & first_derivatives
    implicit none
    private
@@ -350,7 +350,8 @@ contains
       real(wp), intent(in) :: offset
       integer, intent(in) :: i
       real(wp), intent(in) :: t
-      real(wp) :: k(0:2), d(2), d5(2, 0:5), angle, stretch
+      real(wp) :: k(0:2), d5(2, 0:5), stretch
+      type(foot_t) :: foot
       integer :: e, which
       track%piece = i
       which = piece_of(obstacle, i)
@@ -363,21 +364,16 @@ contains
          end if
          k = 0.0_wp
          associate (piece => curve%piece(which))
-            select case (piece%shape)
-            case (shape_arc)
-               angle = piece%angle + t * piece%turn
-               d = [cos(angle), sin(angle)]
-               track%place = piece%centre + piece%radius * d
-               track%tangent = sign(1.0_wp, piece%turn) * [-d(2), d(1)]
-               k(0) = sign(1.0_wp, piece%turn) / piece%radius
-            case (shape_quintic)
+            if (piece%shape == shape_quintic) then
                d5 = polynomial_at(piece%c, t)
                track%place = d5(:, 0)
                call polynomial_curvature(d5, track%tangent, k)
-            case default
-               track%place = piece%c(:, 1) + t * piece%c(:, 2)
-               track%tangent = piece%c(:, 2) / norm2(piece%c(:, 2))
-            end select
+            else
+               foot = piece_point(piece, t)
+               track%place = foot%point
+               track%tangent = foot%tangent
+               k(0) = foot%curvature
+            end if
          end associate
       end associate
       track%place = track%place + offset * [-track%tangent(2), track%tangent(1)]

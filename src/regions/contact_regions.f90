@@ -6,14 +6,13 @@
 !> that of the obstacle. This point may be on either side of the last node in contact. On a foundation the end is the zero of the
 !> gap. On coupled ground the reaction of the last node shows which part of the length that belongs to this node is under pressure.
 module contact_regions
-   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp
    use obstacle_types, only: obstacle_line, obstacle_circle, ground_half_space
    use problem, only: problem_t
    use rod_state, only: state_t, candidate_position, pose_of, candidate_offset, element_load
    use rod_load, only: ge_load_t
    use obstacle_pose, only: pose_t
-   use obstacle_geometry, only: obstacle_gap, has_angle, contact_angle, turns_forward, unwrap_angle, contact_curvature
+   use obstacle_geometry, only: obstacle_gap, contact_angle, turns_forward, unwrap_angle, contact_curvature
    use rod_equations, only: local_forces, rod_direction
    use rod_profile, only: new_profile
    use element_gap, only: element_gap_t, new_element_gap, gap_parts, most_parts
@@ -32,7 +31,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(region_t), allocatable :: regions(:)
-      integer :: c, last
+      integer :: c
       logical, allocatable :: seen(:), touching(:)
       logical :: forward                       ! true: angles on the obstacle increase along the rod
       allocate (regions(0))
@@ -42,11 +41,11 @@ contains
       do c = 1, problem%candidates%n
          if (seen(c)) cycle
          if (previous(c) > 0) cycle
-         regions = [regions, follow(c, last)]
+         regions = [regions, follow(c)]
       end do
       ! All candidates that remain belong to closed chains that are in contact all round.
       do c = 1, problem%candidates%n
-         if (.not. seen(c)) regions = [regions, follow(c, last)]
+         if (.not. seen(c)) regions = [regions, follow(c)]
       end do
       regions = [regions, find_ground_regions(problem, state)]
 
@@ -61,10 +60,9 @@ contains
       end function previous
 
       !> Region that begins at a candidate.
-      type(region_t) function follow(first, last) result(region)
+      type(region_t) function follow(first) result(region)
          integer, intent(in) :: first
-         integer, intent(out) :: last
-         integer :: next
+         integer :: last, next
          last = first
          seen(first) = .true.
          do
@@ -90,8 +88,7 @@ contains
                end if
             end associate
             associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(first)))
-               if (has_angle(obstacle)) call unwrap_angle(obstacle, region%end - region%start, forward, region%angle_start, &
-                  & region%angle_end)
+               call unwrap_angle(obstacle, region%end - region%start, forward, region%angle_start, region%angle_end)
             end associate
          end if
       end function follow
@@ -111,9 +108,7 @@ contains
             if (problem%candidates%neighbour(side, candidate) > 0) beyond = overhang(problem, state, candidate, side)
          end if
          s = chain_place(problem, state, problem%candidates, candidate) + direction * beyond
-         angle = ieee_value(angle, ieee_quiet_nan)
          associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(candidate)))
-            if (.not. has_angle(obstacle)) return
             e = problem%candidates%element(1, candidate)
             if (e > 0) then
                theta = rod_direction(problem, state, e, 2)

@@ -89,8 +89,8 @@ contains
          regions = pack(regions, regions%end > regions%start)
          do i = 1, size(regions)
             associate (obstacle => problem%model%obstacle(problem%model%contact(regions(i)%contact)%obstacle))
-               if (has_angle(obstacle)) call unwrap_angle(obstacle, regions(i)%end - regions(i)%start, &
-                  & forward(regions(i)%contact), regions(i)%angle_start, regions(i)%angle_end)
+               call unwrap_angle(obstacle, regions(i)%end - regions(i)%start, forward(regions(i)%contact), &
+                  & regions(i)%angle_start, regions(i)%angle_end)
             end associate
          end do
       end associate

@@ -1,13 +1,12 @@
 !> Contact regions of a state with contact spans, for the results: one for each connected contact, in order along the rods.
 module span_regions
-   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t, candidate_position, pose_of
    use rod_profile, only: new_profile, profile_place
    use state_transfer, only: find_point
    use obstacle_pose, only: pose_t
-   use obstacle_geometry, only: has_angle, contact_angle, turns_forward, unwrap_angle
+   use obstacle_geometry, only: contact_angle, turns_forward, unwrap_angle
    use track_nodes, only: rod_angle, rolled_t, rolled
    use breakpoint_forces, only: is_supported
    use path_record, only: region_t
@@ -78,7 +77,7 @@ contains
             if (region%end < region%start) region%end = region%end + whole_length(problem, state, region%contact)
          end if
          associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(first)))
-            if (last == first .or. .not. has_angle(obstacle)) return
+            if (last == first) return
             theta = rod_angle(problem, state, last)
             pose = pose_of(problem, state, problem%candidates%obstacle(first))
             forward = turns_forward(obstacle, candidate_position(problem, state, last), &
@@ -98,10 +97,9 @@ contains
          integer, intent(in) :: candidate
          real(wp), intent(in) :: arm(2)          !! vector from the candidate's node to the force
          type(pose_t) :: pose
-         angle = ieee_value(angle, ieee_quiet_nan)
-         associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(candidate)))
-            pose = pose_of(problem, state, problem%candidates%obstacle(candidate))
-            if (has_angle(obstacle)) angle = contact_angle(obstacle, candidate_position(problem, state, candidate) + &
+         associate (o => problem%candidates%obstacle(candidate))
+            pose = pose_of(problem, state, o)
+            angle = contact_angle(problem%model%obstacle(o), candidate_position(problem, state, candidate) + &
                & pose%own_direction(arm))
          end associate
       end function angle_at
@@ -155,10 +153,9 @@ contains
       region%start = problem%chain_start(rod_segment, contact) + tau * state%geometry%element(e)%length + &
          & sum(state%geometry%element(problem%element_first(rod_segment):e - 1)%length)
       region%end = region%start
-      region%angle_start = ieee_value(region%angle_start, ieee_quiet_nan)
       associate (o => problem%model%contact(contact)%obstacle)
          pose = pose_of(problem, state, o)
-         if (has_angle(problem%model%obstacle(o))) region%angle_start = contact_angle(problem%model%obstacle(o), &
+         region%angle_start = contact_angle(problem%model%obstacle(o), &
             & pose%own_place(profile_place(problem, new_profile(problem, state, e), tau)))
       end associate
       region%angle_end = region%angle_start
