@@ -19,8 +19,8 @@ module mesh_adequacy
    use kinds, only: wp, pi
    use text, only: to_text
    use problem, only: problem_t
-   use rod_state, only: state_t, candidate_gap
-   use rod_equations, only: end_forces, local_forces, rod_direction
+   use rod_state, only: state_t, candidate_gap, rod_direction
+   use rod_equations, only: end_forces, local_forces
    use columns, only: scientific
    implicit none
    private

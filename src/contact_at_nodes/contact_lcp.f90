@@ -27,7 +27,7 @@ module contact_lcp
    use timing, only: count_up, counter_lcp, counter_lcp_pivots, counter_lcp_failed
    implicit none
    private
-   public :: contact_lcp_t, new_contact_lcp, add_candidates, solve_contact_lcp, add_solution, predict_contact, gap_change, &
+   public :: contact_lcp_t, new_contact_lcp, add_uncertain, solve_contact_lcp, add_solution, predict_contact, gap_change, &
       & reaction_change
 
    !> w = q + M z for n uncertain candidates; z and w are explained in the header of this module. Each column of M follows from a
@@ -50,7 +50,7 @@ contains
    end function new_contact_lcp
 
    !> Adds rows and columns of further candidates.
-   subroutine add_candidates(problem, state, system, more, lcp, ok)
+   subroutine add_uncertain(problem, state, system, more, lcp, ok)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! assembled and factored at `state`
@@ -117,7 +117,7 @@ contains
          end do
          call coupled_response(problem%coupling, system%coupling, unit(problem, candidate), gap, reaction)
       end subroutine response_of_column
-   end subroutine add_candidates
+   end subroutine add_uncertain
 
    !> Solves the LCP. Given are gaps and reactions after an increment with unchanged contact set.
    subroutine solve_contact_lcp(state, gap, reaction, lcp, pivots, message)

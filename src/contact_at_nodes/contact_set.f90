@@ -7,7 +7,7 @@ module contact_set
    use rod_state, only: state_t
    use linear_system, only: system_t
    use bordered_system, only: solve_bordered
-   use contact_lcp, only: contact_lcp_t, new_contact_lcp, add_candidates, solve_contact_lcp, add_solution, predict_contact
+   use contact_lcp, only: contact_lcp_t, new_contact_lcp, add_uncertain, solve_contact_lcp, add_solution, predict_contact
    use timing, only: timing_start, timing_stop, count_up, phase_contact, counter_set_changes
    implicit none
    private
@@ -110,7 +110,7 @@ contains
             return
          end if
          uncertain(more) = .true.
-         call add_candidates(problem, state, system, more, lcp, result%ok)
+         call add_uncertain(problem, state, system, more, lcp, result%ok)
          if (.not. result%ok) then
             call fail_with(singular_border)
             return

@@ -3,7 +3,7 @@
 module node_rates
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, element_load, node_position
+   use rod_state, only: state_t, element_load, node_position, rod_direction
    use reference_curve, only: curve_point, curve_bend
    use rod_load, only: ge_load_t, line_at
    use ge_in_state, only: ge_end, ge_here_t, keep_ge
@@ -15,13 +15,13 @@ module node_rates
    public :: rod_rate, rod_derivatives, rotation_rates, resultants_on_ground, resultant_slopes, goes_on, next_along
 
    !> Cross section at an end of an element.
-   type :: section_t
+   type :: end_section_t
       type(ge_load_t) :: load
       real(wp) :: n(2) = 0.0_wp, m = 0.0_wp            !! force (n_x, n_y) and moment of the cross section, global axes
       real(wp) :: t(2) = 0.0_wp, nu(2) = 0.0_wp !! unit normal of the cross section; unit vector at a quarter turn to the left of it
       real(wp) :: along = 1.0_wp, across = 0.0_wp !! derivative of the position by stress-free length: components along t and along
       !! nu
-   end type section_t
+   end type end_section_t
 
 contains
 
@@ -44,7 +44,7 @@ contains
          call curve_point(curve, problem%model%imperfection, g%s(1), x, angle, speed)
          call curve_bend(curve, problem%model%imperfection, g%s(1), bend)
          way = -speed * [cos(angle), sin(angle)]
-         angle = g%end_angle(1) + state%u(3, problem%model%mesh%node(1, e))
+         angle = rod_direction(problem, state, e, 1)
          t = [cos(angle), sin(angle)]
          rate = speed * ((1.0_wp + load%strain + compliance%axial * dot_product(force(1:2), t)) * t + &
             & (compliance%shear * (t(1) * force(2) - t(2) * force(1))) * [-t(2), t(1)])
@@ -60,7 +60,7 @@ contains
       integer, intent(in) :: e, side
       real(wp), intent(out) :: x(2, 3)       !! first, second, third derivative
       type(ge_here_t), intent(inout), optional :: here !! element of the same state, or undefined, see keep_ge
-      type(section_t) :: section
+      type(end_section_t) :: section
       real(wp), dimension(2) :: dn, ddn, line, line_slope
       real(wp) :: ground(2, 0:1), pressure, bend, bend_rate, turn, turn_rate, along(0:2), across(0:2)
       call find_section(problem, state, e, side, section, here)
@@ -105,7 +105,7 @@ contains
       integer, intent(in) :: e, side
       real(wp), intent(out) :: rates(2)
       type(ge_here_t), intent(inout), optional :: here !! element of the same state, or undefined, see keep_ge
-      type(section_t) :: section
+      type(end_section_t) :: section
       real(wp) :: x(2)
       call find_section(problem, state, e, side, section, here)
       associate (flexibility => problem%compliance(e)%bending, n => section%n)
@@ -119,12 +119,12 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e, side
-      type(section_t), intent(out) :: section
+      type(end_section_t), intent(out) :: section
       type(ge_here_t), intent(inout), optional :: here !! element of the same state, or undefined, see keep_ge
       real(wp) :: angle
       section%load = element_load(problem, state, e)
       call end_resultants(problem, state, e, side, section%n, section%m, here)
-      angle = state%geometry%element(e)%end_angle(side) + state%u(3, problem%model%mesh%node(side, e))
+      angle = rod_direction(problem, state, e, side)
       section%t = [cos(angle), sin(angle)]
       section%nu = [-section%t(2), section%t(1)]
       section%along = 1.0_wp + section%load%strain + problem%compliance(e)%axial * dot_product(section%n, section%t)

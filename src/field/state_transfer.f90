@@ -8,7 +8,7 @@ module state_transfer
    use problem, only: problem_t
    use element_families, only: collocates
    use rod_geometry, only: geometry_t, new_geometry
-   use rod_state, only: state_t, node_position, unknown_push
+   use rod_state, only: state_t, node_position, rod_direction, unknown_push
    use rod_profile, only: profile_t, keep_profile, mend_rotation, mended_displacement, profile_place, &
       & profile_displacement, profile_angle, element_place
    use reference_curve, only: curve_point
@@ -493,8 +493,8 @@ contains
          x(:, 2) = node_position(state, node(2))
          chord = x(:, 2) - x(:, 1)
          speed = g%length * norm2(chord) / norm2(g%chord)
-         tangent(:, 1) = speed * direction(g%end_angle(1) + state%u(3, node(1)))
-         tangent(:, 2) = speed * direction(g%end_angle(2) + state%u(3, node(2)))
+         tangent(:, 1) = speed * direction(rod_direction(problem, state, e, 1))
+         tangent(:, 2) = speed * direction(rod_direction(problem, state, e, 2))
          turn = field(3, node(2)) - field(3, node(1))
          value = field(1:2, node(2)) - field(1:2, node(1)) - field(3, node(1)) * across(chord)
          ! A rotation rate that increases linearly from 0 to `turn` moves the second end by `turn` times a vector. This vector is a

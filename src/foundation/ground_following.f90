@@ -21,7 +21,7 @@
 module ground_following
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, chain_gap, gap_slope, closing_rate, rounding_steps
+   use rod_state, only: state_t, rod_direction, chain_gap, gap_slope, closing_rate, rounding_steps
    use node_rates, only: rod_rate, resultant_slopes, goes_on, next_along
    use conforming_span, only: conforming_slopes
    use force_law, only: carries, segment_unknown
@@ -205,9 +205,7 @@ contains
       integer, intent(in) :: candidate
       integer :: side
       side = merge(2, 1, problem%ground%chain%element(2, candidate) > 0)
-      associate (e => problem%ground%chain%element(side, candidate))
-         angle = state%geometry%element(e)%end_angle(3 - side) + state%u(3, problem%ground%chain%node(candidate))
-      end associate
+      angle = rod_direction(problem, state, problem%ground%chain%element(side, candidate), 3 - side)
    end function direction
 
    !> Angle between two unit vectors, > 0 counterclockwise.

@@ -114,6 +114,7 @@ contains
       subroutine divide(to, contact)
          real(wp), intent(in) :: to
          integer, intent(in) :: contact              ! index of the contact of a line contact; 0: a free span
+         real(wp), allocatable :: nodes(:)           ! coordinates of the nodes of the span, its two ends included
          real(wp) :: wanted
          integer :: n, least, i, stages
          type(mesh_density_t) :: deck
@@ -125,43 +126,36 @@ contains
                & deck_elements(base, rod_segment, from))
             n = max(least_placed, ceiling(min(wanted, (to - from) / (finest * base%size)) - whole_number))
             if (any(layer > 0.0_wp)) then
-               n = max(1, n)
-               associate (shares => graded(base%demand(rod_segment), from, to, n, layer, stages))
-                  at = [at, shares(2:)]
-               end associate
-               from = to
-               return
+               nodes = graded(base%demand(rod_segment), from, to, n, layer, stages)
+            else
+               nodes = equal_shares(no_finer(base%demand(rod_segment), finest * base%size), from, to, n)
             end if
-            associate (shares => equal_shares(no_finer(base%demand(rod_segment), finest * base%size), from, to, n))
-               at = [at, shares(2:)]
-            end associate
-            from = to
-            return
-         end if
-         wanted = deck_elements(base, rod_segment, to) - deck_elements(base, rod_segment, from)
-         least = merge(1, least_free, parted)
-         if (contact == 0) then
-            wanted = wanted * all / max(free, tiny(free))
          else
-            least = merge(1, least_conforming, parted)
-            ! On a straight obstacle one element is exact for a perfect rod with linear axial force.
-            if (is_perfect(base, rod_segment) .and. .not. (founded(base, rod_segment) .or. load_varies(base, rod_segment))) wanted &
-               & = merge(0.0_wp, 0.25_wp, base%deck%obstacle(base%deck%contact(contact)%obstacle)%kind == obstacle_line) * wanted
+            wanted = deck_elements(base, rod_segment, to) - deck_elements(base, rod_segment, from)
+            least = merge(1, merge(least_free, least_conforming, contact == 0), parted)
+            if (contact == 0) then
+               wanted = wanted * all / max(free, tiny(free))
+            else if (is_perfect(base, rod_segment) .and. &
+               & .not. (founded(base, rod_segment) .or. load_varies(base, rod_segment))) then
+               ! On a straight obstacle one element is exact for a perfect rod with linear axial force.
+               if (base%deck%obstacle(base%deck%contact(contact)%obstacle)%kind == obstacle_line) then
+                  wanted = 0.0_wp
+               else
+                  wanted = 0.25_wp * wanted
+               end if
+            end if
+            wanted = min(wanted, (to - from) / (finest * base%size))
+            if (any(cut%rod_segment == rod_segment)) then
+               deck%at = base%layout%rod_segment(rod_segment)%at
+               deck%elements = spread(1.0_wp, 1, size(deck%at) - 1)
+               nodes = graded(deck, from, to, max(least, ceiling(wanted - whole_number)), layer, stages)
+            else
+               n = max(least, nint(wanted))
+               if (present(state)) n = max(n, count(middle > from .and. middle < to))
+               nodes = [[(from + (to - from) * i / n, i=0, n - 1)], to]
+            end if
          end if
-         wanted = min(wanted, (to - from) / (finest * base%size))
-         if (any(cut%rod_segment == rod_segment)) then
-            n = max(least, ceiling(wanted - whole_number))
-            deck%at = base%layout%rod_segment(rod_segment)%at
-            deck%elements = spread(1.0_wp, 1, size(deck%at) - 1)
-            associate (nodes => graded(deck, from, to, n, layer, stages))
-               at = [at, nodes(2:)]
-            end associate
-            from = to
-            return
-         end if
-         n = max(least, nint(wanted))
-         if (present(state)) n = max(n, count(middle > from .and. middle < to))
-         at = [at, [(from + (to - from) * i / n, i=1, n - 1)], to]
+         at = [at, nodes(2:)]
          from = to
       end subroutine divide
    end function span_nodes

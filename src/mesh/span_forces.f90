@@ -14,6 +14,7 @@ module span_forces
    use track_nodes, only: rolled_t, rolled, track_joints, node_track, track_sense
    use conforming_span, only: conforming_state_t, conforming_forces, density_samples, smooth_parts
    use touchdown_points, only: point_force
+   use span_candidates, only: touch_place
    use breakpoint_forces, only: breakpoint_force
    use state_transfer, only: find_point
    use element_foundation, only: foundation_forces
@@ -84,27 +85,21 @@ contains
       densities = 0.0_wp
       do c = 1, problem%candidates%n
          if (problem%candidates%contact_span(c) == 0 .or. problem%candidates%contact(c) /= contact) cycle
-         e = problem%candidates%element(2, c)
-         if (e > 0) then
-            at = state%geometry%element(e)%s(1) + problem%origin(e)
-         else
-            e = problem%candidates%element(1, c)
-            at = state%geometry%element(e)%s(2) + problem%origin(e)
-         end if
-         call add(problem%rod_segment(e), at, end_force(problem, state, c))
+         call add(problem%contact_span(problem%candidates%contact_span(c))%rod_segment, touch_place(problem, state, c), &
+            & end_force(problem, state, c))
          e = problem%candidates%element(2, c)
          if (e == 0) cycle
          if (problem%conforms(e) /= c) cycle
          ! The density is integrated between neighbouring nodes of the deck; a mesh element may contain several of these nodes or
          ! none.
          associate (tab => problem%tableau(problem%model%mesh%stages(e)), g => state%geometry%element(e), &
-            & whole => problem%layout%rod_segment(problem%rod_segment(e))%at)
+            & whole => problem%layout%rod_segment(problem%rod_segment(e)))
             start = g%s(1) + problem%origin(e)
             length = g%s(2) - g%s(1)
-            do j = max(1, last_before(whole, start)), size(whole) - 1
-               if (.not. whole(j) < start + length) exit
-               from = max(whole(j), start)
-               to = min(whole(j + 1), start + length)
+            do j = segment_element(whole, start), size(whole%element)
+               if (.not. whole%at(j) < start + length) exit
+               from = max(whole%at(j), start)
+               to = min(whole%at(j + 1), start + length)
                if (.not. to > from) cycle
                do i = 1, tab%stages
                   at = from + tab%c(i) * (to - from)
@@ -144,22 +139,6 @@ contains
          end associate
       end subroutine add
    end subroutine node_shares
-
-   !> Index of the last of several increasing coordinates that is below a value, by bisection; 0: no coordinate is below the value.
-   pure integer function last_before(place, value) result(first)
-      real(wp), intent(in) :: place(:), value
-      integer :: last, middle
-      first = 0
-      last = size(place)
-      do while (first < last)
-         middle = (first + last + 1) / 2
-         if (place(middle) < value) then
-            first = middle
-         else
-            last = middle - 1
-         end if
-      end do
-   end function last_before
 
    !> Concentrated force at a contact node, > 0 in compression; zero inside a line contact.
    real(wp) function end_force(problem, state, candidate) result(force)

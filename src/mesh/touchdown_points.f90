@@ -10,7 +10,7 @@ module touchdown_points
    use problem, only: problem_t, same_place, copy_problem
    use element_families, only: collocates
    use rod_state, only: state_t
-   use rod_equations, only: end_forces
+   use rod_equations, only: end_forces, in_section
    use track_nodes, only: track_rotation, track_sense, node_track, excess_curvature, excess_rate, rod_angle
    use conforming_span, only: conforming_forces
    use breakpoint_forces, only: at_breakpoint, breakpoint_force
@@ -174,7 +174,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate, side
       real(wp), intent(out) :: local(3)
-      real(wp) :: ends(3, 2), angle
+      real(wp) :: ends(3, 2)
       associate (e => problem%candidates%element(side, candidate), f => ends(:, 3 - side))
          ! At the first end the section forces are stored unknowns.
          if (side == 2 .and. collocates(problem%model%mesh%family(e))) then
@@ -182,8 +182,7 @@ contains
          else
             call end_forces(problem, state, e, ends(:, 1), ends(:, 2))
          end if
-         angle = rod_angle(problem, state, candidate)
-         local = [cos(angle) * f(1) + sin(angle) * f(2), cos(angle) * f(2) - sin(angle) * f(1), f(3)]
+         local = in_section(f, rod_angle(problem, state, candidate))
       end associate
    end subroutine end_of_free
 
@@ -192,10 +191,9 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      real(wp) :: local(3, 2), sense
-      sense = track_sense(problem, state, candidate, node_track(problem, state, candidate))
-      local = forces_beside(problem, state, candidate)
-      force = sense * (local(2, 1) - local(2, 2))
+      real(wp) :: moment, shear
+      call jumps(problem, state, candidate, moment, shear)
+      force = track_sense(problem, state, candidate, node_track(problem, state, candidate)) * shear
    end function point_force
 
    !> Relative curvature of a point contact (see excess_curvature) at the position to which the jump of the moment moves the point.
@@ -395,7 +393,6 @@ contains
       do k = 1, size(problem%layout%rod_segment)
          first = problem%element_first(k)
          n = problem%element_last(k) - first + 2
-         if (n < 2) cycle
          node = [problem%model%mesh%node(1, first), problem%model%mesh%node(2, first:first + n - 2)]
          at = [state%geometry%element(first)%s(1) + problem%origin(first), &
             & state%geometry%element(first:first + n - 2)%s(2) + problem%origin(first:first + n - 2)]

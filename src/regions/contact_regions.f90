@@ -9,11 +9,11 @@ module contact_regions
    use kinds, only: wp
    use obstacle_types, only: obstacle_line, obstacle_circle, ground_half_space
    use problem, only: problem_t
-   use rod_state, only: state_t, candidate_position, pose_of, candidate_offset, element_load
+   use rod_state, only: state_t, candidate_position, pose_of, candidate_offset, element_load, rod_direction
    use rod_load, only: ge_load_t
    use obstacle_pose, only: pose_t
    use obstacle_geometry, only: obstacle_gap, contact_angle, turns_forward, unwrap_angle, contact_curvature
-   use rod_equations, only: local_forces, rod_direction
+   use rod_equations, only: local_forces
    use rod_profile, only: new_profile
    use element_gap, only: element_gap_t, new_element_gap, gap_parts, most_parts
    use ground_regions, only: find_ground_regions, chain_place

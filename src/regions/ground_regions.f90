@@ -343,7 +343,6 @@ contains
       real(wp) :: share
       integer :: e, q, c
       reaction = 0.0_wp
-      if (problem%ground%chain%n == 0) return
       do e = 1, problem%model%mesh%n_elements
          do q = 1, inner(e)%n
             c = inner(e)%at(q)%source
@@ -412,7 +411,6 @@ contains
       real(wp), intent(out) :: total(:, :)       !! (3, obstacles) force in x, force in y, sum of normal reactions
       integer :: e, q
       total = 0.0_wp
-      if (problem%ground%chain%n == 0) return
       do e = 1, problem%model%mesh%n_elements
          do q = 1, inner(e)%n
             associate (sum_here => total(:, problem%ground%chain%obstacle(inner(e)%at(q)%source)))

@@ -17,8 +17,8 @@ module rod_state
    implicit none
    private
    public :: state_t, new_state, element_displacement, element_load, element_compliance, end_pressures, node_position, &
-      & candidate_position, pose_of, candidate_gap, candidate_opening, chain_gap, gap_at, gap_slope, candidate_offset, &
-      & obstacle_offset, closing_rate, may_react, is_stress_free, unknown_push, rounding_steps
+      & rod_direction, candidate_position, pose_of, candidate_gap, candidate_opening, chain_gap, gap_at, gap_slope, &
+      & candidate_offset, obstacle_offset, closing_rate, may_react, is_stress_free, unknown_push, rounding_steps
 
    real(wp), parameter :: rounding_steps = 32.0_wp !! bound of the rounding errors of displacements that are summed along an
    !! element, in rounding units
@@ -192,6 +192,14 @@ contains
       real(wp) :: x(2)
       x = state%geometry%x(:, node) + state%u(1:2, node)
    end function node_position
+
+   !> Tangent angle of the deformed rod at end `side` of an element.
+   pure real(wp) function rod_direction(problem, state, e, side) result(angle)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e, side
+      angle = state%geometry%element(e)%end_angle(side) + state%u(3, problem%model%mesh%node(side, e))
+   end function rod_direction
 
    !> Present position of an obstacle. An obstacle carried by a node has the displacements of the node, and its rotation about the
    !> node.

@@ -5,7 +5,7 @@
 !> in the node's axes A, and d the displacements and rotation of the carrier. The node moves by A x + B d. For nodes of a line
 !> contact B is B_rigid, the rigid motion of the body at the node. For a point contact B d is along the normal, and the obstacle
 !> slides along the rod: the rod is then not strained, and the stiffness of the body is not a difference of large numbers. If a
-!> support or a second obstacle fixes the node in a direction, B d has the remaining direction. In all cases the gap does not change
+!> support or a second obstacle fixes the node in a direction, B d has the other direction. The gap never changes.
 !> The forces on all nodes in contact, each times B^T, act on the carrier, which is in equilibrium together with these nodes. This
 !> equilibrium contains neither contact forces nor derivatives of the contact's geometry. Conforming elements and the terms of
 !> contact depend on the displacements relative to the obstacle, w = A x + (B - B_rigid) d.

@@ -7,7 +7,7 @@
 module rod_equations
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, element_displacement, element_load
+   use rod_state, only: state_t, element_displacement, element_load, rod_direction
    use element_families, only: collocates
    use element_foundation, only: foundation_forces
    use rod_load, only: ge_load_t, line_before, inner_forces_t, clear_forces, line_at_stage
@@ -22,7 +22,7 @@ module rod_equations
    implicit none
    private
    public :: evaluate_rod, cancelling_force, displaced_force, rod_stress_stiffness, end_forces, local_forces, inner_local_forces, &
-      & rod_direction
+      & in_section
 
 contains
 
@@ -265,14 +265,6 @@ contains
       first(1:2) = first(1:2) + half
       second(1:2) = second(1:2) - half
    end subroutine ul2_end_forces
-
-   !> Tangent angle of the deformed rod at end `side` of an element.
-   pure real(wp) function rod_direction(problem, state, e, side) result(angle)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: e, side
-      angle = state%geometry%element(e)%end_angle(side) + state%u(3, problem%model%mesh%node(side, e))
-   end function rod_direction
 
    !> Section forces (N, Q, M) in the axes of the deformed section at both ends: N > 0 in tension, Q along the normal to the left.
    subroutine local_forces(problem, state, e, local)

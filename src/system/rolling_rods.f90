@@ -28,7 +28,7 @@ module rolling_rods
    use kinds, only: wp, pi, parallel
    use obstacle_types, only: obstacle_line
    use problem, only: problem_t, dof
-   use rod_state, only: state_t
+   use rod_state, only: state_t, rod_direction
    use system_type, only: system_t
    use track_nodes, only: excess_curvature, rod_angle
    use ge_in_state, only: ge_end
@@ -249,7 +249,7 @@ contains
       pure function tangent(e, side) result(t)
          integer, intent(in) :: e, side
          real(wp) :: t(2), angle
-         angle = state%geometry%element(e)%end_angle(side) + state%u(3, problem%model%mesh%node(side, e))
+         angle = rod_direction(problem, state, e, side)
          t = [cos(angle), sin(angle)]
       end function tangent
    end subroutine constrain_rolling
@@ -332,11 +332,10 @@ contains
       associate (contact_span => problem%contact_span(k), mesh => problem%model%mesh)
          first = problem%element_first(contact_span%rod_segment)
          last = problem%element_last(contact_span%rod_segment)
-         associate (obstacle => problem%model%obstacle(problem%model%contact(contact_span%contact)%obstacle))
-            along = obstacle%kind == obstacle_line
+         associate (wall => problem%model%contact(contact_span%contact)%obstacle)
+            along = problem%model%obstacle(wall)%kind == obstacle_line
             if (.not. along) return
-            d = obstacle%point(:, 2) - obstacle%point(:, 1)
-            d = d / norm2(d)
+            d = wall_direction(problem, wall)
          end associate
          do e = first, last
             associate (curve => problem%model%curve(mesh%curve(e)))
