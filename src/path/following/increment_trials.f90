@@ -21,7 +21,7 @@ module increment_trials
    use trial_request, only: request_t
    implicit none
    private
-   public :: try_increment, retry_refined, try_another_set, shorten_increment, attempt_t, start_from, leads_on, note_change, &
+   public :: try_increment, retry_refined, try_another_set, attempt_t, start_from, leads_on, note_change, &
       & ended
 
    real(wp), parameter :: sharper = 0.01_wp !! residual tolerance of the repetition over that of the failed trial; with 0.001 and
@@ -203,16 +203,6 @@ contains
          place = (1.0_wp + step%locate_tolerance) * (run%arc_length - run%left_at)
       end function place
    end subroutine try_another_set
-
-   !> Prepares a shorter increment from the last accepted point: half of the increment that failed, or another part of it.
-   pure subroutine shorten_increment(run, part)
-      type(path_state_t), intent(inout) :: run
-      real(wp), intent(in), optional :: part !! part of the increment, 0 to 1; default: a half
-      real(wp) :: kept
-      kept = 0.5_wp
-      if (present(part)) kept = part
-      run%control%increment = kept * run%control%increment
-   end subroutine shorten_increment
 
    !> Begins the attempts at the last accepted point of the path. The counters of meshes are reset if this point is new.
    subroutine start_from(run, attempt)

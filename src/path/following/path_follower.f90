@@ -15,7 +15,7 @@ module path_follower
    use path_point, only: path_point_t
    use path_state, only: path_state_t
    use step_control, only: begin_arc_length, go_by_load, may_rest, next_increment, shorten_to_stop
-   use increment_trials, only: try_increment, retry_refined, try_another_set, shorten_increment, attempt_t, start_from, leads_on, &
+   use increment_trials, only: try_increment, retry_refined, try_another_set, attempt_t, start_from, leads_on, &
       & note_change, ended
    use checkpoint, only: save_run
    use step_recovery, only: try_recovery
@@ -121,7 +121,7 @@ contains
          here = run%last
          call check_contact_change(problem, step, run, here, .false., huge(1), recorder, attempt%request, attempt%finished, outcome)
          call note_change(problem, run, attempt)
-         if (attempt%request%shorter) call shorten_increment(run)
+         if (attempt%request%shorter) run%control%increment = 0.5_wp * run%control%increment
          if (attempt%changed) attempt%has_trial = allocated(attempt%request%ahead)
       end subroutine make_change_behind
 
@@ -153,7 +153,7 @@ contains
          associate (request => attempt%request)
             if (allocated(request%no_set)) then
                no_set = request%no_set
-               if (request%shorter) call shorten_increment(run)
+               if (request%shorter) run%control%increment = 0.5_wp * run%control%increment
                call try_another_set(problem, step, run, attempt, recorder, outcome)
                if (.not. (attempt%changed .or. ended(attempt, outcome))) outcome%why = no_set
             else if (request%set_changed) then
@@ -161,7 +161,7 @@ contains
             else if (request%repeats_increment()) then
                call retry_refined(problem, run, attempt, .true.)
             else if (request%shorter) then
-               call shorten_increment(run)
+               run%control%increment = 0.5_wp * run%control%increment
             else
                call go_to_next_increment(problem, step, attempt, run, outcome)
             end if

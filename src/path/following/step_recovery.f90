@@ -15,7 +15,7 @@ module step_recovery
    use ground_following, only: is_live
    use span_changes, only: check_contact_change
    use span_mesh, only: step_back, request_double_mesh
-   use increment_trials, only: retry_refined, try_another_set, shorten_increment, attempt_t, note_change, ended
+   use increment_trials, only: retry_refined, try_another_set, attempt_t, note_change, ended
    use path_record, only: recorder_t
    use timing, only: count_up, counter_rejected, counter_cut
    use text, only: to_text
@@ -89,7 +89,7 @@ contains
             call note_change(problem, run, attempt)
             done = request%set_changed .or. request%shorter .or. request%repeats_increment()
             if (done) attempt%cuts = 0
-            if (request%shorter) call shorten_increment(run)
+            if (request%shorter) run%control%increment = 0.5_wp * run%control%increment
          end associate
       end subroutine go_past_change
 
@@ -125,9 +125,8 @@ contains
          logical, intent(out) :: done
          logical :: turned
          done = .false.
-         if (attempt%cuts <= cuts_before_corner .and. .not. (attempt%off_path .and. differ(run%last%state%active, &
-            & attempt%trial%state%active))) &
-            & return
+         if (attempt%cuts <= cuts_before_corner .and. &
+            & .not. (attempt%off_path .and. differ(run%last%state%active, attempt%trial%state%active))) return
          call turn_corner(problem, step, run, attempt%corner_meshes, recorder, attempt%request, turned, attempt%finished, outcome)
          done = ended(attempt, outcome)
          if (done) return
@@ -145,9 +144,9 @@ contains
       !> short, another contact set is searched for; the run ends if none is found.
       subroutine cut_increment()
          if (attempt%off_path) then
-            call shorten_increment(run, part_before(problem, step, run, attempt%corner))
+            run%control%increment = part_before(problem, step, run, attempt%corner) * run%control%increment
          else
-            call shorten_increment(run)
+            run%control%increment = 0.5_wp * run%control%increment
          end if
          if (attempt%report%hopeless) then
             outcome%why = 'no first point: '//attempt%report%message

@@ -112,7 +112,9 @@ contains
       type(attempt_t) :: attempt
       character(:), allocatable :: called
       real(wp) :: distance
-      integer :: i, at, passed
+      integer, allocatable :: bifurcations(:)        ! their indices in the list of critical points of the parent path
+      integer :: i, at
+      logical :: has_branch
 
       outcome%wrong = .false.
       branch = step%branch(b)
@@ -127,34 +129,15 @@ contains
          call note_end()
          return
       end if
-      at = 0
-      passed = 0
-      do i = 1, size(home%list)
-         if (home%list(i)%label /= 'BP') cycle
-         passed = passed + 1
-         if (passed == branch%bifurcation) at = i
-      end do
-      if (at == 0) then
-         call note_trouble(outcome, called//': its path has '//to_text(passed)//' bifurcation(s), not '// &
+      bifurcations = pack([(i, i=1, size(home%list))], home%list%label == 'BP')
+      if (size(bifurcations) < branch%bifurcation) then
+         call note_trouble(outcome, called//': its path has '//to_text(size(bifurcations))//' bifurcation(s), not '// &
             & to_text(branch%bifurcation))
          return
       end if
-      if (home%list(at)%multiplicity == 0) then
-         call note_trouble(outcome, called//': no path leaves the bifurcation in another direction, or it was not located')
-         return
-      else if (branch%mode > home%list(at)%multiplicity) then
-         call note_trouble(outcome, called//': the bifurcation has '//to_text(home%list(at)%multiplicity)// &
-            & ' null vector(s) or other way(s) on, not '//to_text(branch%mode))
-         return
-      else if (home%list(at)%opens /= 0 .and. home%list(at)%opens /= branch%side) then
-         ! A one-sided bifurcation has only one branch: no path leaves it on the opposite side.
-         if (.not. branch%both) call note_trouble(outcome, called//': contact closes this side of the bifurcation; SIDE='// &
-            & trim(merge('PLUS ', 'MINUS', home%list(at)%opens > 0))//' is the side that opens')
-         return
-      else if (allocated(home%list(at)%way) .and. branch%side < 0) then
-         if (.not. branch%both) call note_trouble(outcome, called//': each way on from this contact change has one side, SIDE=PLUS')
-         return
-      end if
+      at = bifurcations(branch%bifurcation)
+      call check_bifurcation(home%list(at), has_branch)
+      if (.not. has_branch) return
       call copy_problem(home%list(at)%problem, problem)
       if (saved%renews()) call change_steps(saved%steps, problem)
       start%branch = number
@@ -212,6 +195,29 @@ contains
       call note_end()
 
    contains
+
+      !> Finds out whether a bifurcation has the branch that the deck requests. If not, the reason is appended to outcome%trouble,
+      !> unless the deck requests both sides and only the other side has a branch.
+      subroutine check_bifurcation(bifurcation, has_branch)
+         type(critical_point_t), intent(in) :: bifurcation
+         logical, intent(out) :: has_branch
+         has_branch = .false.
+         if (bifurcation%multiplicity == 0) then
+            call note_trouble(outcome, called//': no path leaves the bifurcation in another direction, or it was not located')
+         else if (branch%mode > bifurcation%multiplicity) then
+            call note_trouble(outcome, called//': the bifurcation has '//to_text(bifurcation%multiplicity)// &
+               & ' null vector(s) or other way(s) on, not '//to_text(branch%mode))
+         else if (bifurcation%opens /= 0 .and. bifurcation%opens /= branch%side) then
+            ! A one-sided bifurcation has only one branch: no path leaves it on the opposite side.
+            if (.not. branch%both) call note_trouble(outcome, called//': contact closes this side of the bifurcation; SIDE='// &
+               & trim(merge('PLUS ', 'MINUS', bifurcation%opens > 0))//' is the side that opens')
+         else if (allocated(bifurcation%way) .and. branch%side < 0) then
+            if (.not. branch%both) call note_trouble(outcome, called//': each way on from this contact change has one side, '// &
+               & 'SIDE=PLUS')
+         else
+            has_branch = .true.
+         end if
+      end subroutine check_bifurcation
 
       !> Appends the reason why a branch ended to outcome%trouble, so that the other branches are followed. The run itself ends only
       !> after a signal or at a time limit.

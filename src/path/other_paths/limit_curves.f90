@@ -78,20 +78,17 @@ contains
          character(:), allocatable, intent(out) :: trouble ! reason why the curve cannot begin
          type(trial_t) :: trial
          type(error_bars_t), allocatable :: bars
-         integer :: i, passed
+         integer, allocatable :: limit_points(:)           ! their indices in the list of critical points
+         integer :: i
 
          associate (curve => step%limit_curve(number), follower => trace%follower)
-            passed = 0
-            do i = 1, size(own%list)
-               if (own%list(i)%label /= 'LP' .or. own%list(i)%corner) cycle
-               passed = passed + 1
-               if (passed == curve%limit_point) exit
-            end do
-            if (passed < curve%limit_point) then
-               trouble = 'the path has '//to_text(passed)//' limit point(s), not '//to_text(curve%limit_point)
+            limit_points = pack([(i, i=1, size(own%list))], own%list%label == 'LP' .and. .not. own%list%corner)
+            if (size(limit_points) < curve%limit_point) then
+               trouble = 'the path has '//to_text(size(limit_points))//' limit point(s), not '//to_text(curve%limit_point)
                if (any(own%list%corner)) trouble = trouble//'; those at corners of the path do not count: no rate is zero there'
                return
             end if
+            i = limit_points(curve%limit_point)
             trace%number = number
             call copy_problem(own%list(i)%problem, follower%base)
             follower%state = own%list(i)%state
@@ -147,14 +144,12 @@ contains
       type(trial_t) :: trial
       type(error_bars_t), allocatable :: bars
       real(wp) :: place(2), last, largest, target
-      character(2) :: label
       integer :: searches
-      real(wp), allocatable :: direction(:, :)
-      logical :: final, turned, exact, ok
+      logical :: final, exact
 
       final = .false.
       associate (curve => step%limit_curve(trace%number), follower => trace%follower, points => trace%points, cuts => trace%cuts, &
-         & way => trace%way, distance => trace%distance, start => trace%start, turned_at => trace%turned_at)
+         & way => trace%way, distance => trace%distance)
          last = as_coordinate(curve, curve%last)
          largest = max(curve%largest / abs(curve%increment), 1.0_wp)
          do while (points < curve%max_points)
@@ -168,7 +163,13 @@ contains
                ! The search has passed a requested value of the parameter and is repeated at exactly this value.
                if (exact) call search_near(place, [1.0_wp, 0.0_wp])
             end if
-            if (.not. trial%report%converged) then
+            if (trial%report%converged) then
+               call add_point()
+               if (allocated(trouble) .or. allocated(outcome%why)) return
+               if (final) exit
+               if (searches < easy) distance = min(1.5_wp * distance, largest / max(abs(way(2)), 0.1_wp))
+               if (searches > 2 * easy) distance = 0.5_wp * distance
+            else
                cuts = cuts + 1
                distance = 0.5_wp * distance
                if (cuts > max_cuts) then
@@ -176,20 +177,34 @@ contains
                      & to_text(as_value(curve, follower%coordinate))//': '//trial%report%message
                   return
                end if
-               cycle
             end if
+         end do
+         if (.not. final) then
+            trouble = 'the allowed number of points was used up before the last value'
+         else if (curve%to_rigid) then
+            call add_rigid_point()
+         end if
+      end associate
+
+   contains
+
+      !> Takes the trial of the search as the next limit point of the curve, refines its mesh and reports it.
+      subroutine add_point()
+         character(2) :: label
+         logical :: turned
+         associate (curve => step%limit_curve(trace%number), follower => trace%follower, way => trace%way)
             if (trial%problem%has_spans()) then
                if (.not. spans_hold(trial%problem, trial%state, follower%system%force_scale)) then
                   trouble = 'its contacts change beyond parameter '//to_text(as_value(curve, follower%coordinate))
                   return
                end if
             end if
-            cuts = 0
-            points = points + 1
+            trace%cuts = 0
+            trace%points = trace%points + 1
             turned = place(2) * way(2) < 0.0_wp
             if (norm2(place) > 0.0_wp) way = place / norm2(place)
             follower%coordinate = follower%coordinate + place(2) * follower%unit(2)
-            call accept_trial(trial)
+            call accept_trial()
             if (.not. follower%system%ok) then
                trouble = 'the tangent at a limit point is singular'
                return
@@ -200,48 +215,46 @@ contains
             if (exact) label = 'UZ'
             if (final .and. .not. curve%to_rigid) label = 'EP'
             call report(step, trace, trial, label, .false., bars, recorder, outcome)
-            if (allocated(outcome%why)) return
-            if (final) exit
-            if (turned .and. .not. exact) turned_at = as_value(curve, follower%coordinate)
-            if ((follower%coordinate - start) * sign(1.0_wp, last - start) < 0.0_wp) then
-               trouble = 'it turned back near '//to_text(turned_at)//' and is now before its start: it never reaches the last value'
-               return
+            if (final .or. allocated(outcome%why)) return
+            if (turned .and. .not. exact) trace%turned_at = as_value(curve, follower%coordinate)
+            if ((follower%coordinate - trace%start) * sign(1.0_wp, last - trace%start) < 0.0_wp) then
+               trouble = 'it turned back near '//to_text(trace%turned_at)//' and is now before its start: it never reaches the '// &
+                  & 'last value'
             end if
-            if (searches < easy) distance = min(1.5_wp * distance, largest / max(abs(way(2)), 0.1_wp))
-            if (searches > 2 * easy) distance = 0.5_wp * distance
-         end do
-         if (.not. final) then
-            trouble = 'the allowed number of points was used up before the last value'
-            return
-         end if
-         if (.not. curve%to_rigid) return
-         direction = follower%control%tangent
-         call make_rigid(curve, follower%problem, follower%state, direction, ok)
-         call copy_problem(follower%problem, follower%base)
-         follower%system = new_system(follower%problem)
-         if (ok) call set_follower_tangent(follower, direction, 0.0_wp)
-         if (.not. ok) then
-            trouble = 'no equilibrium was found on the mesh that the rigid obstacle is to have'
-            return
-         end if
-         place = 0.0_wp
-         call search(follower, step, place, [1.0_wp, 0.0_wp], trial, searches)
-         if (.not. trial%report%converged) then
-            trouble = 'no limit point was found with the obstacle rigid: '//trial%report%message
-            return
-         end if
-         call accept_trial(trial)
-         if (follower%problem%has_spans()) then
-            if (.not. spans_hold(follower%problem, follower%state, follower%system%force_scale)) then
-               trouble = 'where the rigid obstacle touches is not where the foundation pushed'
-               return
-            end if
-            call refine_limit_point(follower, step, bars)
-         end if
-         call report(step, trace, trial, 'EP', .true., bars, recorder, outcome)
-      end associate
+         end associate
+      end subroutine add_point
 
-   contains
+      !> Ends a curve whose parameter is a stiffness: searches the limit point of the rigid obstacle and reports it.
+      subroutine add_rigid_point()
+         real(wp), allocatable :: direction(:, :)
+         logical :: ok
+         associate (curve => step%limit_curve(trace%number), follower => trace%follower)
+            direction = follower%control%tangent
+            call make_rigid(curve, follower%problem, follower%state, direction, ok)
+            call copy_problem(follower%problem, follower%base)
+            follower%system = new_system(follower%problem)
+            if (.not. ok) then
+               trouble = 'no equilibrium was found on the mesh that the rigid obstacle is to have'
+               return
+            end if
+            call set_follower_tangent(follower, direction, 0.0_wp)
+            place = 0.0_wp
+            call search(follower, step, place, [1.0_wp, 0.0_wp], trial, searches)
+            if (.not. trial%report%converged) then
+               trouble = 'no limit point was found with the obstacle rigid: '//trial%report%message
+               return
+            end if
+            call accept_trial()
+            if (follower%problem%has_spans()) then
+               if (.not. spans_hold(follower%problem, follower%state, follower%system%force_scale)) then
+                  trouble = 'where the rigid obstacle touches is not where the foundation pushed'
+                  return
+               end if
+               call refine_limit_point(follower, step, bars)
+            end if
+            call report(step, trace, trial, 'EP', .true., bars, recorder, outcome)
+         end associate
+      end subroutine add_rigid_point
 
       !> Searches near a predicted position for the zero of h, the load rate (module header). A zero farther from the prediction
       !> belongs to another limit point, or to the part of the curve that is known already.
@@ -287,13 +300,13 @@ contains
          end associate
       end subroutine shorten_to_values
 
-      !> Accepts a trial of the search as the last limit point of the curve.
-      subroutine accept_trial(to)
-         type(trial_t), intent(in) :: to
+      !> Accepts the trial of the search as the last limit point of the curve.
+      subroutine accept_trial()
+         real(wp), allocatable :: direction(:, :)
          real(wp) :: unit
          direction = trace%follower%control%tangent
-         call copy_problem(to%problem, trace%follower%problem)
-         trace%follower%state = to%state
+         call copy_problem(trial%problem, trace%follower%problem)
+         trace%follower%state = trial%state
          call renew_marks(trace%follower%base, trace%follower%problem, trace%follower%state, direction, trace%follower%system%ok)
          if (.not. trace%follower%system%ok) return
          trace%follower%system = new_system(trace%follower%problem)
@@ -301,8 +314,8 @@ contains
          call set_follower_tangent(trace%follower, direction, 0.0_wp)
          ! The unit of arc length is the length over which the load falls by a hundredth. The direction of the step is converted to
          ! the new unit. Near a turning point of the curve, where the slope vanishes, the unit is not changed.
-         if (abs(to%slope) > 0.0_wp .and. abs(trace%way(1)) < 0.3_wp) then
-            unit = sqrt(2.0_wp * small_drop * abs(trace%follower%state%load_factor) * trace%follower%unit(1) / abs(to%slope))
+         if (abs(trial%slope) > 0.0_wp .and. abs(trace%way(1)) < 0.3_wp) then
+            unit = sqrt(2.0_wp * small_drop * abs(trace%follower%state%load_factor) * trace%follower%unit(1) / abs(trial%slope))
             unit = min(max(unit, 0.5_wp * trace%follower%unit(1)), 2.0_wp * trace%follower%unit(1))
             trace%way(1) = trace%way(1) * trace%follower%unit(1) / unit
             trace%way = trace%way / norm2(trace%way)

@@ -234,11 +234,10 @@ contains
    !> Critical point with label and note. (gfortran 12 loses the length of a deferred-length component in a structure constructor.)
    function new_critical(label, note, bars) result(critical)
       character(*), intent(in) :: label, note !! label (LP, BP, ...) and remark in words
-      type(error_bars_t), allocatable, intent(in), optional :: bars
+      type(error_bars_t), intent(in), optional :: bars
       type(critical_t) :: critical
       critical%label = label
       critical%note = note
-      if (.not. present(bars)) return
-      if (allocated(bars)) critical%bars = bars
+      if (present(bars)) critical%bars = bars
    end function new_critical
 end module event_recording

@@ -48,7 +48,7 @@ contains
       type(outcome_t), intent(inout) :: outcome
       logical, intent(in), optional :: touching(:) !! (candidates) true: the result shows the node in contact, though its contact
       !! force is still zero
-      type(error_bars_t), allocatable, intent(in), optional :: bars
+      type(error_bars_t), intent(in), optional :: bars
       logical, intent(in), optional :: smooth !! true: the path is smooth at the point; its tangent is that of the point; absent:
       !! unknown
       integer, intent(in), optional :: pivots !! number of negative pivots just before the point, needed where an eigenvalue may be
@@ -68,9 +68,7 @@ contains
          spans = sum_spans(problem, state)
          row = report_point(problem, shown, system, spans, run%points, label)
          if (present(pivots)) row%negative_pivots = pivots
-         if (present(bars)) then
-            if (allocated(bars)) row%bars = bars
-         end if
+         if (present(bars)) row%bars = bars
          has_tangent = present(smooth) .and. .not. any(label == has_corner)
          if (has_tangent) has_tangent = smooth
          if (has_tangent) then
@@ -117,7 +115,7 @@ contains
       !! are stored
       character(*), intent(in) :: label        !! label of the point; fields are always stored at a point with a label
       type(point_t) :: point
-      real(wp), allocatable :: shares(:), totals(:, :), u(:, :)
+      real(wp), allocatable :: shares(:), u(:, :)
       type(pose_t) :: pose
       integer :: c
       associate (step => problem%model%step(problem%step))
@@ -127,37 +125,7 @@ contains
          point%negative_pivots = system%negative_pivots
          point%active_contacts = count(state%active) + count(state%grounded)
          point%monitor = monitor_values(problem, state, system)
-         if (size(problem%model%contact) > 0) then
-            point%region = find_regions(problem, state)
-            if (problem%has_spans()) then
-               point%region = [find_span_regions(problem, state), point%region]
-               ! A contact span counts as one contact, whatever the number of nodes on it.
-               point%active_contacts = size(problem%contact_span) + count(state%active .and. &
-                  & problem%candidates%contact_span == 0) + &
-                  & count(state%grounded)
-            end if
-            allocate (totals(3, size(problem%model%obstacle)))
-            call foundation_totals(problem, state, system%inner, totals)
-            point%obstacle_force = totals(1:2, :) + sum(spans%force(1:2, :, :), 2)
-            point%reaction_total = sum(spans%force(3, :, :), 2)
-            do c = 1, problem%candidates%n
-               if (problem%candidates%contact_span(c) > 0) cycle
-               associate (total => point%reaction_total(problem%candidates%contact(c)), &
-                  & force => point%obstacle_force(:, problem%candidates%obstacle(c)))
-                  total = total + state%reaction(c)
-                  force = force + state%reaction(c) * system%normal(:, c)
-               end associate
-            end do
-            if (problem%ground%chain%n > 0) then
-               allocate (shares(problem%ground%chain%n))
-               call ground_reaction(problem, state, system%inner, shares)
-               do c = 1, problem%ground%chain%n
-                  associate (total => point%reaction_total(problem%ground%chain%contact(c)))
-                     total = total + shares(c)
-                  end associate
-               end do
-            end if
-         end if
+         if (size(problem%model%contact) > 0) call add_contacts()
          if (obstacles_move(problem%model)) then
             allocate (point%obstacle_shift(2, size(problem%model%obstacle)), point%obstacle_turn(size(problem%model%obstacle)))
             do c = 1, size(problem%model%obstacle)
@@ -188,6 +156,36 @@ contains
       end associate
 
    contains
+
+      !> Adds the contact regions and the sums of the contact forces.
+      subroutine add_contacts()
+         real(wp) :: totals(3, size(problem%model%obstacle))
+         point%region = find_regions(problem, state)
+         if (problem%has_spans()) then
+            point%region = [find_span_regions(problem, state), point%region]
+            ! A contact span counts as one contact, whatever the number of nodes on it.
+            point%active_contacts = size(problem%contact_span) + count(state%active .and. problem%candidates%contact_span == 0) + &
+               & count(state%grounded)
+         end if
+         call foundation_totals(problem, state, system%inner, totals)
+         point%obstacle_force = totals(1:2, :) + sum(spans%force(1:2, :, :), 2)
+         point%reaction_total = sum(spans%force(3, :, :), 2)
+         do c = 1, problem%candidates%n
+            if (problem%candidates%contact_span(c) > 0) cycle
+            associate (total => point%reaction_total(problem%candidates%contact(c)), &
+               & force => point%obstacle_force(:, problem%candidates%obstacle(c)))
+               total = total + state%reaction(c)
+               force = force + state%reaction(c) * system%normal(:, c)
+            end associate
+         end do
+         allocate (shares(problem%ground%chain%n))
+         call ground_reaction(problem, state, system%inner, shares)
+         do c = 1, size(shares)
+            associate (total => point%reaction_total(problem%ground%chain%contact(c)))
+               total = total + shares(c)
+            end associate
+         end do
+      end subroutine add_contacts
 
       !> Adds reactions and gaps of all contacts at the deck's nodes, in the order of the results.
       subroutine add_contact_fields()
@@ -276,7 +274,7 @@ contains
          end associate
          associate (chain => problem%ground%chain)
             allocate (pressure(chain%n), distance(chain%n))
-            if (chain%n > 0) call ground_pressure(problem, state, pressure, distance)
+            call ground_pressure(problem, state, pressure, distance)
             do c = 1, chain%n
                reaction(chain%row(c)) = shares(c)
                density(chain%row(c)) = pressure(c)

@@ -52,11 +52,14 @@ contains
       type(event_t), intent(in) :: event
       type(path_point_t), intent(in) :: point    !! the located event as a point of the path
       type(error_bars_t), allocatable, intent(out) :: bars !! error bars; not allocated: the deck requests no error bars
-      logical, intent(in), optional :: keeps_mesh !! true: the mesh is not refined because of these bars
+      logical, intent(in) :: keeps_mesh          !! true: the mesh is not refined because of these bars
       type(zero_t) :: zero
       type(error_bars_t) :: of_rate              ! error bars of the zero of the load rate
+      real(wp) :: length, rise                   ! arc length and change of the load factor from the last point to the trial
       if (.not. step%error_bars) return
       allocate (bars)
+      length = path_length(problem, run%last%state, trial%state)
+      rise = trial%state%load_factor - run%last%state%load_factor
       call timing_start(phase_accuracy)
       if (event%kind == event_release) then
          call bars_at_release()
@@ -73,17 +76,20 @@ contains
          ! load rate behind the event is compared.
          bars%missed = 0
          call new_zero(problem, event_t(kind=event_limit), point%state, point%system, zero)
-         call errors_at_zero(of_rate)
+         call errors_at_zero(point%tangent, of_rate)
          bars%turned = of_rate%turned
          bars%unsure = bars%turned
       else if (event%prescribed) then
          call point_errors(problem, run%mesh%enriched, point%state, point%system, prescribed_change(event%monitor, 0.0_wp), &
             & point%tangent, bars, places=.true., keeps_mesh=keeps_mesh)
       else if (event%meets) then
-         call bars_on_crossing_path()
+         ! At a bifurcation where the load of this path has an extremum, the error bars are computed on the path that crosses there,
+         ! because an eigenvalue passes through zero along that path.
+         call new_zero(problem, as_bifurcation(event), point%state, point%system, zero)
+         call errors_at_zero(tangent_without(problem, point%system, zero%modes), bars)
       else
          call new_zero(problem, event, point%state, point%system, zero)
-         call errors_at_zero(bars)
+         call errors_at_zero(point%tangent, bars)
          ! On a stiff foundation a coarse mesh given by the deck causes small contact changes that finer meshes do not have. Such a
          ! change has no error bar.
          if (event%kind == event_contact .and. bars%load%estimated .and. .not. bars%load%bounded .and. &
@@ -93,24 +99,12 @@ contains
 
    contains
 
-      !> Error bars of an event at `point`, a zero of its event function.
-      subroutine errors_at_zero(bars)
+      !> Error bars of an event at `point`, a zero of its event function along the path with the tangent `on`.
+      subroutine errors_at_zero(on, bars)
+         type(path_tangent_t), intent(in) :: on
          type(error_bars_t), intent(out) :: bars
-         call event_errors(problem, run%mesh%enriched, point%state, point%system, zero, point%tangent, path_length(problem, &
-            & run%last%state, trial%state), trial%state%load_factor - run%last%state%load_factor, bars, keeps_mesh)
+         call event_errors(problem, run%mesh%enriched, point%state, point%system, zero, on, length, rise, bars, keeps_mesh)
       end subroutine errors_at_zero
-
-      !> Computes the error bars of a bifurcation at which the load of this path has an extremum. They are computed on the path that
-      !> crosses there, because an eigenvalue passes through zero along that path.
-      subroutine bars_on_crossing_path()
-         type(event_t) :: one
-         one = event
-         one%kind = event_bifurcation
-         call new_zero(problem, one, point%state, point%system, zero)
-         call event_errors(problem, run%mesh%enriched, point%state, point%system, zero, tangent_without(problem, point%system, &
-            & zero%modes), path_length(problem, run%last%state, trial%state), trial%state%load_factor - &
-            & run%last%state%load_factor, bars, keeps_mesh)
-      end subroutine bars_on_crossing_path
 
       !> Bars of a detachment: a bifurcation of the reduced problem without force-free line contacts. There are no bars if free
       !> spans on a straight wall, which rotate without energy, make the null vector indistinguishable.
@@ -119,7 +113,6 @@ contains
          type(enriched_problem_t) :: finer
          type(state_t) :: released
          type(system_t) :: loose
-         type(event_t) :: one
          type(path_tangent_t) :: on
          logical :: any_weak
          call remove_force_free_lines(problem, point%state, point%system, free, released, any_weak)
@@ -130,17 +123,21 @@ contains
          ! The system is singular: a solution for its tangent would contain a multiple of the null vector. Instead the known path
          ! tangent is transferred to the reduced problem.
          on = path_tangent_t(carried_field(problem, point%state, point%tangent%u, free, released), point%tangent%load)
-         one = event
-         one%kind = event_bifurcation
-         call new_zero(free, one, released, loose, zero)
-         call event_errors(free, finer, released, loose, zero, on, path_length(problem, run%last%state, trial%state), &
-            & trial%state%load_factor - run%last%state%load_factor, bars)
+         call new_zero(free, as_bifurcation(event), released, loose, zero)
+         call event_errors(free, finer, released, loose, zero, on, length, rise, bars)
          ! If the program may make another mesh, bars without bounds are kept, too, because they lead to a finer mesh.
          if (any(problem%layout%rod_segment%placed)) return
          if (bars%why /= '' .or. .not. (bars%load%estimated .and. bars%load%bounded)) &
             & bars = no_error_bars(size(problem%model%monitor), hidden)
       end subroutine bars_at_release
    end subroutine bars_at_event
+
+   !> The event as a bifurcation.
+   pure type(event_t) function as_bifurcation(event) result(bifurcation)
+      type(event_t), intent(in) :: event
+      bifurcation = event
+      bifurcation%kind = event_bifurcation
+   end function as_bifurcation
 
    !> Computes the error bars of an accepted point. The point is determined either by a test of contact spans that is zero, or by
    !> the constraint of the control.
@@ -299,12 +296,10 @@ contains
       real(wp), intent(in) :: rise               !! change of the load factor over the arc length `length`
       type(error_bars_t), allocatable, intent(out) :: bars
       type(enriched_problem_t) :: finer
-      type(event_t) :: event
       type(zero_t) :: zero
       allocate (bars)
-      event%kind = event_limit
       call timing_start(phase_accuracy)
-      call new_zero(problem, event, state, system, zero)
+      call new_zero(problem, event_t(kind=event_limit), state, system, zero)
       call event_errors(problem, finer, state, system, zero, heading, length, rise, bars)
       call timing_stop(phase_accuracy)
    end subroutine bars_on_curve
@@ -396,9 +391,8 @@ contains
       character(:), allocatable :: what, there
       type(error_bar_t) :: widest
       real(wp) :: ratio, asked
-      integer, allocatable :: counted(:)
       integer :: which
-      logical :: made
+      logical :: made, by_value
       if (label /= '' .and. bars%load%estimated .and. accuracy%load > 0.0_wp) &
          & call note_worst(accuracy, check_error_bar, bars%load%bar / accuracy%load, at)
       made = any(problem%layout%rod_segment%placed)
@@ -406,7 +400,8 @@ contains
       there = ' at point '//to_text(at%point)//' (load factor '//brief(at%load_factor)//')'
       if (label /= '') there = ' of '//label//there
       ! Points with prescribed values and turning points do not depend on the number of negative pivots.
-      if (bars%missed /= 0 .and. .not. any(label == ['UZ', 'TP'])) then
+      by_value = any(label == ['UZ', 'TP'])
+      if (bars%missed /= 0 .and. .not. by_value) then
          accuracy%bar_words = 'the mesh is too coarse for the bifurcations'//there//': finer elements have '// &
             & to_text(abs(bars%missed))//trim(merge(' more ', ' fewer', bars%missed > 0))// &
             & ' unstable directions there; give more elements or a higher order'
@@ -417,12 +412,12 @@ contains
             & 'falls; give more elements or a higher order'
          return
       end if
-      if (bars%unsure .and. .not. any(label == ['UZ', 'TP'])) then
+      if (bars%unsure .and. .not. by_value) then
          accuracy%bar_words = 'the mesh is too coarse for the bifurcations'//there//': it errs by all of an eigenvalue that is '// &
             & 'next to zero there; give more elements or a higher order'
          return
       end if
-      if (allocated(bars%may_change) .and. .not. any(label == ['UZ', 'TP'])) then
+      if (allocated(bars%may_change) .and. .not. by_value) then
          accuracy%bar_words = 'the mesh is too coarse to tell whether contact begins or ends inside its elements'//there// &
             & '; give more elements or a higher order'
          return
@@ -436,10 +431,9 @@ contains
          return
       end if
       asked = tolerance_at(problem, step, label)
-      counted = step%asked_of
-      call excess(bars, sizes, counted, asked, label /= '', label /= '' .or. step%bars_everywhere, ratio, which)
+      call excess(bars, sizes, step%asked_of, asked, label /= '', label /= '' .or. step%bars_everywhere, ratio, which)
       if (ratio <= 1.0_wp) then
-         if (allocated(bars%place) .and. any(counted == 0)) call note_places()
+         if (allocated(bars%place) .and. any(step%asked_of == 0)) call note_places()
          return
       end if
       what = 'the load factor'
