@@ -442,3 +442,89 @@ def test_imperfection_away_from_a_wall(shape, quarter, points):
     first; its slopes are 0.16 at most."""
     run = dr.run_deck(BENT_AWAY.format(shape=shape, points=points))
     dr.assert_close(run.load("C+"), 48 / (11 / 16) * (0.05 * quarter - 0.02), relative=0.16**2)
+
+
+@pytest.mark.parametrize("dof", [1, 2])
+def test_support_that_moves_a_rod_along_a_slope(dof):
+    """A straight rod that lies on a rigid slope 4:3 slides along it without strain: (0.2, 0.15) at load factor 1."""
+    run = dr.run_deck(f"""*HEADING
+Rod on a slope
+*NODE
+1, 0, 0
+2, 0.8, 0.6
+*LINE, ELSET=ROD, NSET=ROD, TYPE=GE8
+1, 2, 8
+*BEAM SECTION, ELSET=ROD, SECTION=STIFFNESS
+1e3, 1
+*BOUNDARY
+1, {dof}
+*OBSTACLE, NAME=SLOPE, TYPE=LINE
+-1.6, -1.2, 1.6, 1.2
+*CONTACT, OBSTACLE=SLOPE, NSET=ROD, POINTS=ALONG
+*MONITOR, NAME=X
+2, U1
+*MONITOR, NAME=Y
+1, U2
+*MONITOR, NAME=PUSH, OBSTACLE=SLOPE
+RN
+*STEP
+*STATIC, METHOD=LOAD
+0.5
+*DLOAD
+ROD, PN, -1
+*STOP
+LOAD, ABOVE, 1
+*END STEP
+*STEP
+*STATIC, METHOD=LOAD
+0.25
+*BOUNDARY
+1, {dof}, , {(0.2, 0.15)[dof - 1]}
+*STOP
+LOAD, ABOVE, 1
+*END STEP
+""")
+    dr.assert_close([run.column(name)[-1] for name in ("X", "Y", "PUSH")], [0.2, 0.15, 1.0], relative=1e-9)
+
+
+def test_support_that_moves_an_arc_along_a_bowl():
+    """An arc in a bowl of its own radius, under uniform pressure, turns about the centre without strain: its first node goes from
+    (-0.6, -0.8) to (-0.8, -0.6), its last one from (0.8, -0.6) to (0.6, -0.8)."""
+    run = dr.run_deck("""*HEADING
+Arc in a bowl
+*NODE
+1, -0.6, -0.8
+2, 0.8, -0.6
+*ARC, ELSET=ROD, NSET=ROD, TYPE=GE8
+1, 2, 0, 0, 8
+*BEAM SECTION, ELSET=ROD, SECTION=STIFFNESS
+1e3, 1
+*BOUNDARY
+1, 1
+*OBSTACLE, NAME=BOWL, TYPE=CIRCLE, SIDE=INSIDE
+0, 0, 1
+*CONTACT, OBSTACLE=BOWL, NSET=ROD, POINTS=ALONG
+*MONITOR, NAME=FIRST_Y
+1, U2
+*MONITOR, NAME=LAST_X
+2, U1
+*MONITOR, NAME=LAST_Y
+2, U2
+*STEP
+*STATIC, METHOD=LOAD
+0.5
+*DLOAD
+ROD, P, -1
+*STOP
+LOAD, ABOVE, 1
+*END STEP
+*STEP
+*STATIC, METHOD=LOAD
+0.25
+*BOUNDARY
+1, 1, , -0.2
+*STOP
+LOAD, ABOVE, 1
+*END STEP
+""")
+    dr.assert_close([run.column(name)[-1] for name in ("FIRST_Y", "LAST_X", "LAST_Y")], [0.2, -0.2, -0.2], relative=1e-8)

@@ -18,26 +18,43 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system
-      integer :: node, i, c, d, other, first(problem%model%mesh%n_nodes)
-      type(rolled_t) :: rolls
-      real(wp) :: target, along
+      integer :: c, first(problem%model%mesh%n_nodes) ! first: first contact at each node that eliminates an unknown; 0: none
       system%fixed = .false.
       system%value = 0.0_wp
       system%rate = 0.0_wp
       system%turned = .false.
       system%roll = 0.0_wp
       system%lean = 0.0_wp
-      associate (step => problem%model%step(problem%step)%load, fixed => problem%model%fixed)
-         do node = 1, problem%model%mesh%n_nodes
-            do i = 1, 3
-               if (.not. fixed(i, node)) cycle
-               d = dof(problem, node, i)
-               target = problem%constant%displacement(i, node) + state%load_factor * step%displacement(i, node)
-               system%fixed(d) = .true.
-               system%value(d) = target - state%u(i, node)
-               system%rate(d) = step%displacement(i, node)
+      call fix_supports()
+      call fix_ties()
+      first = 0
+      system%partner = 0
+      system%unknown = 0
+      do c = 1, problem%candidates%n
+         if (state%active(c) .and. .not. system%soft(c)) call fix_contact(c, problem%candidates%node(c))
+      end do
+
+   contains
+
+      subroutine fix_supports()
+         integer :: node, i, d
+         real(wp) :: target
+         associate (load => problem%model%step(problem%step)%load)
+            do node = 1, problem%model%mesh%n_nodes
+               do i = 1, 3
+                  if (.not. problem%model%fixed(i, node)) cycle
+                  d = dof(problem, node, i)
+                  target = problem%constant%displacement(i, node) + state%load_factor * load%displacement(i, node)
+                  system%fixed(d) = .true.
+                  system%value(d) = target - state%u(i, node)
+                  system%rate(d) = load%displacement(i, node)
+               end do
             end do
-         end do
+         end associate
+      end subroutine fix_supports
+
+      subroutine fix_ties()
+         integer :: i, d
          do i = 1, size(problem%model%tie)
             associate (tie => problem%model%tie(i))
                d = dof(problem, tie%node, tie%component)
@@ -45,49 +62,36 @@ contains
                system%value(d) = tie_value(tie, state%u) - state%u(tie%component, tie%node)
             end associate
          end do
-         first = 0
-         system%partner = 0
-         do c = 1, problem%candidates%n
-            system%unknown(c) = 0
-            if (.not. state%active(c) .or. system%soft(c)) cycle
-            node = problem%candidates%node(c)
+      end subroutine fix_ties
+
+      !> Eliminates the unknown of a node along the normal of a rigid contact.
+      subroutine fix_contact(c, node)
+         integer, intent(in) :: c, node
+         type(rolled_t) :: rolls
+         integer :: i, d, other
+         associate (fixed => problem%model%fixed(1:2, node), normal => system%normal(:, c))
             if (problem%candidates%contact_span(c) > 0) then
-               if (.not. may_react(problem, c, system%normal(:, c))) then
-                  ! A support already fixes the node of the line contact along the track.
+               if (.not. may_react(problem, c, normal)) then
+                  ! Supports of the node, or the node to which it is tied, carry the reaction.
                   call follow_track(c, node)
-                  cycle
+                  return
                end if
             end if
             if (first(node) > 0) then
-               ! At a corner between two obstacles the second contact fixes the node along the first obstacle. Further contacts at
-               ! the node eliminate no unknown, because none remains.
-               system%slope(c) = dot_product(system%normal(:, c), system%axis(:, node))
-               if (any(fixed(1:2, node)) .or. system%partner(first(node)) > 0 .or. abs(system%slope(c)) < parallel) cycle
-               d = dof(problem, node, 1)
-               along = dot_product(system%normal(:, c), system%normal(:, first(node)))
-               system%partner(first(node)) = c
-               system%unknown(c) = d
-               system%fixed(d) = .true.
-               system%value(d) = -(system%gap(c) + along * system%value(d + 1)) / system%slope(c)
-               system%rate(d) = (dot_product(system%normal(:, c), system%motion(:, c)) + system%closing(c) - &
-                  & along * system%rate(d + 1)) / system%slope(c)
-               call turn_in_corner(c, node)
-               cycle
+               call fix_in_corner(c, node)
+               return
             end if
             first(node) = c
             ! Supports leave the node at most one direction in which the obstacle can act.
-            if (fixed(1, node)) then
-               if (fixed(2, node)) cycle
-               i = 2
-               system%slope(c) = system%normal(2, c)
-            else if (fixed(2, node)) then
-               i = 1
-               system%slope(c) = system%normal(1, c)
+            if (all(fixed)) return
+            if (any(fixed)) then
+               i = findloc(fixed, .false., 1)
+               system%slope(c) = normal(i)
             else
                i = 2
                system%slope(c) = 1.0_wp
                system%turned(node) = .true.
-               system%axis(:, node) = [system%normal(2, c), -system%normal(1, c)]
+               system%axis(:, node) = [normal(2), -normal(1)]
                if (problem%candidates%rolls(c) .and. .not. problem%candidates%moves(c)) then
                   rolls = rolled(problem, state, c)
                   system%lean(node) = rolls%lean
@@ -97,47 +101,65 @@ contains
             system%unknown(c) = d
             system%fixed(d) = .true.
             system%value(d) = -system%gap(c) / system%slope(c)
-            system%rate(d) = (dot_product(system%normal(:, c), system%motion(:, c)) + system%closing(c)) / system%slope(c)
+            system%rate(d) = (dot_product(normal, system%motion(:, c)) + system%closing(c)) / system%slope(c)
+            if (any(fixed)) then
+               ! The prescribed displacement of a moving support changes the gap.
+               other = dof(problem, node, 3 - i)
+               system%value(d) = system%value(d) - normal(3 - i) * system%value(other) / system%slope(c)
+               system%rate(d) = system%rate(d) - normal(3 - i) * system%rate(other) / system%slope(c)
+            end if
             if (problem%candidates%contact_span(c) > 0) call follow_track(c, node)
-            if (.not. any(fixed(1:2, node))) cycle
-            ! The prescribed displacement of a moving support changes the gap.
-            other = dof(problem, node, 3 - i)
-            system%value(d) = system%value(d) - system%normal(3 - i, c) * system%value(other) / system%slope(c)
-            system%rate(d) = system%rate(d) - system%normal(3 - i, c) * system%rate(other) / system%slope(c)
-         end do
-      end associate
+         end associate
+      end subroutine fix_contact
 
-   contains
+      !> At a corner between two obstacles the second contact fixes the node along the first obstacle. Further contacts at the node
+      !> eliminate no unknown, because none remains.
+      subroutine fix_in_corner(c, node)
+         integer, intent(in) :: c, node
+         integer :: d
+         real(wp) :: along, axes(2, 2)
+         system%slope(c) = dot_product(system%normal(:, c), system%axis(:, node))
+         if (any(problem%model%fixed(1:2, node)) .or. system%partner(first(node)) > 0 .or. abs(system%slope(c)) < parallel) return
+         d = dof(problem, node, 1)
+         along = dot_product(system%normal(:, c), system%normal(:, first(node)))
+         system%partner(first(node)) = c
+         system%unknown(c) = d
+         system%fixed(d) = .true.
+         system%value(d) = -(system%gap(c) + along * system%value(d + 1)) / system%slope(c)
+         system%rate(d) = (dot_product(system%normal(:, c), system%motion(:, c)) + system%closing(c) - &
+            & along * system%rate(d + 1)) / system%slope(c)
+         ! The node has the axes of the first contact, but rotates with the track of the second one if that is a line contact.
+         axes = reshape([system%axis(:, node), system%normal(:, first(node))], [2, 2])
+         call turn_with_track(c, node, matmul(axes, system%value(d:d + 1)), matmul(axes, system%rate(d:d + 1)))
+      end subroutine fix_in_corner
 
-      !> Makes the third unknown of a node the rotation relative to the track of its contact span. Displacements of the obstacle
-      !> along its track do not rotate the node.
+      !> Makes the third unknown of a node the rotation relative to the track of its contact span.
       subroutine follow_track(c, node)
          integer, intent(in) :: c, node
-         real(wp) :: along
-         along = dot_product([system%normal(2, c), -system%normal(1, c)], system%motion(:, c))
-         if (system%turned(node)) system%roll(node) = -system%bend(c)
-         if (.not. problem%candidates%follows(c) .or. problem%model%fixed(3, node)) return
-         d = dof(problem, node, 3)
-         system%fixed(d) = .true.
-         system%value(d) = -track_rotation(problem, state, c)
-         system%rate(d) = system%bend(c) * along
+         integer :: d
+         d = dof(problem, node, 1)
+         if (system%turned(node)) then
+            system%roll(node) = -system%bend(c)
+            call turn_with_track(c, node, [0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp])
+         else
+            call turn_with_track(c, node, system%value(d:d + 1), system%rate(d:d + 1))
+         end if
       end subroutine follow_track
 
-      !> Fixes the rotation of a node in a corner between two obstacles whose second contact is a line contact. The node has the
-      !> axes of the first contact, but rotates with the track of the line contact. Its two displacements are eliminated.
-      subroutine turn_in_corner(c, node)
+      !> Fixes the rotation of a node at a line contact, which turns with the track.
+      subroutine turn_with_track(c, node, moved, rate)
          integer, intent(in) :: c, node
-         real(wp) :: track(2), moved(2), rate(2)
+         real(wp), intent(in) :: moved(2), rate(2) ! prescribed displacement of the node (x, y), and its rate
+         real(wp) :: track(2)
+         integer :: d
          if (.not. problem%candidates%follows(c) .or. problem%model%fixed(3, node)) return
          d = dof(problem, node, 1)
          track = [system%normal(2, c), -system%normal(1, c)]
-         moved = system%value(d) * system%axis(:, node) + system%value(d + 1) * system%normal(:, first(node))
-         rate = system%rate(d) * system%axis(:, node) + system%rate(d + 1) * system%normal(:, first(node))
          system%fixed(d + 2) = .true.
          system%value(d + 2) = -track_rotation(problem, state, c) - system%bend(c) * dot_product(track, moved) - &
             & system%roll(node) * system%value(d)
          system%rate(d + 2) = -system%bend(c) * dot_product(track, rate - system%motion(:, c)) - system%roll(node) * system%rate(d)
-      end subroutine turn_in_corner
+      end subroutine turn_with_track
    end subroutine set_constraints
 
    !> Reaction of an active rigid contact that balances given forces on the unknowns. At a corner between two obstacles the second
