@@ -260,7 +260,7 @@ contains
       end function location_rounding
    end subroutine event_errors
 
-   !> True if the event is of the given kind and smooth.
+   !> True if the zero is an event of the given kind whose event function is smooth there.
    pure logical function zero_is(zero, kind)
       type(zero_t), intent(in) :: zero
       integer, intent(in) :: kind                !! kind of event: event_...

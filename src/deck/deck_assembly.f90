@@ -27,7 +27,7 @@ module deck_assembly
       integer :: n = 0                             !! number of lines read so far
       integer, allocatable :: origin(:, :)         !! (2, lines) file and line number of each line; the array may be larger
       integer :: n_typed = 0
-      type(typed_line_t), allocatable :: typed(:)  !! lines that were typed differently; only the first n_typed entries are in use
+      type(typed_line_t), allocatable :: typed(:)  !! lines with replaced parameters; only the first n_typed entries are in use
       integer :: n_files = 0
       type(deck_file_t), allocatable :: file(:)    !! files of the deck; only the first n_files entries are in use
       type(deck_parameters_t) :: parameters

@@ -14,7 +14,7 @@ module deck_source
    public :: growing_text_t, deck_source_t, deck_file_t, deck_parameter_t, typed_line_t, spot_t, read_source_file, &
       & read_source_unit, source_from_text, most_lines, first_letter
 
-   !> A text to which lines are appended.
+   !> A text that grows by the lines appended to it.
    type :: growing_text_t
       character(:), allocatable :: text !! the text in the first n characters; the rest is unused; not allocated: no text
       integer :: n = 0
@@ -28,17 +28,17 @@ module deck_source
       integer :: included_by = 0                    !! index of the file that includes it; 0: it is the deck itself
    end type deck_file_t
 
-   !> A replaced part of a line: its columns in the typed line, ${...}, and in the line with the value.
+   !> A parameter ${...} in a typed line, and the value that replaces it.
    type :: spot_t
-      integer :: typed(2) = 0, read(2) = 0 !! first and last column in the typed line; first and last column in the line with the
-      !! value
+      integer :: typed(2) = 0                       !! first and last column of ${...} in the typed line
+      integer :: read(2) = 0                        !! first and last column of the value in the line that is read
    end type spot_t
 
-   !> A line that was typed differently.
+   !> A line that differs from the typed line, because values have replaced parameters ${...}.
    type :: typed_line_t
-      integer :: line = 0
+      integer :: line = 0                           !! number of the line
       character(:), allocatable :: text             !! the line as typed
-      type(spot_t), allocatable :: spot(:)
+      type(spot_t), allocatable :: spot(:)          !! the parameters in the line, from left to right
    end type typed_line_t
 
    !> A parameter with its value.
@@ -63,7 +63,7 @@ module deck_source
       type(deck_file_t), allocatable :: file(:)     !! the deck's file, and the included files
       integer, allocatable :: origin(:, :) !! (2, n_lines) index of the file from which each line comes; number of the line in this
       !! file
-      type(typed_line_t), allocatable :: typed(:)   !! lines that were typed differently, in the order of the lines
+      type(typed_line_t), allocatable :: typed(:)   !! the lines in which values have replaced parameters, in their order
       type(deck_parameter_t), allocatable :: parameter(:)
       character(:), allocatable :: expanded         !! the deck as typed, with the included decks inserted
       character(:), allocatable :: record !! the expanded deck with the parameters set on the command line, from which the run can
@@ -225,8 +225,8 @@ contains
    pure subroutine as_typed(self, number, first, last, line)
       class(deck_source_t), intent(in) :: self
       integer, intent(in) :: number                    !! number of the line, from 1
-      integer, intent(inout) :: first, last !! first and last column of the part; in: in the assembled line; out: in the typed line.
-      !! A part of a value that replaced ${...} becomes the whole ${...}
+      integer, intent(inout) :: first, last !! first and last column of the part; in: in the line that is read; out: in the typed
+      !! line. A part of a value that replaced ${...} becomes the whole ${...}
       character(:), allocatable, intent(out) :: line
       integer :: t, i, shift(2)
       line = self%line(number)

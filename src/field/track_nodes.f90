@@ -153,7 +153,7 @@ contains
       rate = track%curvature_rate
    end function track_bend_rate
 
-   !> Derivative of the relative curvature along the rod, by stress-free length, at a point contact whose node moves along the rod.
+   !> Derivative of the relative curvature (excess_curvature) by stress-free length, at a point contact that moves along the rod.
    pure real(wp) function excess_rate(problem, state, candidate, shear) result(rate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -283,8 +283,8 @@ contains
       end associate
    end function passes_touchdown
 
-   !> Distances of all touchdown points to the positions that their conditions give in an iterate, with the slopes of the previous
-   !> iterate `before`.
+   !> (candidates) How far each touchdown point must move so that its condition holds: the residual of the condition in an iterate,
+   !> divided by the slope in the previous iterate `before`.
    function touchdown_steps(problem, before, state, at) result(distance)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before, state
@@ -298,8 +298,7 @@ contains
       end if
    end function touchdown_steps
 
-   !> Distance of one touchdown point to the position that its condition gives in an iterate, with the slope of the previous
-   !> iterate. It is 0 for a candidate that does not move.
+   !> How far one touchdown point must move so that its condition holds, see touchdown_steps; 0 for a candidate that does not move.
    real(wp) function touchdown_step(problem, before, state, c) result(distance)
       type(problem_t), intent(in) :: problem
       type(touchdown_t), intent(in) :: before !! condition at the previous iterate
@@ -319,8 +318,8 @@ contains
       distance = quotient(error, slope)
    end function touchdown_step
 
-   !> Largest distance of a touchdown point to its position in an iterate, divided by the length of a span beside it. No point is
-   !> moved.
+   !> Largest movement by which a touchdown point reaches the position where its condition holds, divided by the length of a span
+   !> beside it. No point is moved.
    real(wp) function touchdown_travel(problem, before, state) result(part)
       type(problem_t), intent(in) :: problem    !! without interface points
       type(state_t), intent(in) :: before, state

@@ -24,7 +24,7 @@ module rod_layout
       logical :: placed = .false.             !! true: the deck leaves the number of elements open
    end type rod_segment_t
 
-   !> All rod segments.
+   !> All rod segments of the deck's mesh, and the places of its elements and nodes on them.
    type :: layout_t
       type(rod_segment_t), allocatable :: rod_segment(:)
       integer, allocatable :: rod_segment_of(:)   !! (deck's elements) rod segment to which the element belongs

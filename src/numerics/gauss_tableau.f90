@@ -9,7 +9,7 @@ module gauss_tableau
 
    integer, parameter :: max_stages = 6
 
-   !> Tableau of the Gauss method with a given number of stages.
+   !> Butcher tableau of the Gauss method with a given number of stages.
    type :: tableau_t
       integer :: stages = 0
       real(wp) :: a(max_stages, max_stages) = 0.0_wp !! a_ij: integral of the j-th Lagrange polynomial from 0 to c_i
@@ -82,7 +82,8 @@ contains
       end do
    end subroutine gauss_points
 
-   !> Integrals from 0 to tau of the Lagrange polynomials through the abscissae, for values of the collocation between its points.
+   !> Integrals from 0 to tau of the Lagrange polynomials through the abscissae. With them the solution of the collocation method is
+   !> evaluated between the abscissae.
    pure subroutine stage_basis(t, tau, basis)
       type(tableau_t), intent(in) :: t        !! tableau; only `stages` and `integral` are used
       real(wp), intent(in) :: tau             !! upper limit of the integrals, 0 to 1
@@ -107,11 +108,11 @@ contains
       end do
    end function end_values
 
-   !> Interpolates values at the first end and at the points of this tableau to the points of the tableau with one stage more.
+   !> Interpolates values at 0 and at the abscissae of a tableau to the abscissae of the tableau with one stage more.
    pure function raised_values(t, first, value) result(new)
       type(tableau_t), intent(in) :: t           !! tableau with fewer than max_stages stages
-      real(wp), intent(in) :: first              !! value at the first end
-      real(wp), intent(in) :: value(:)           !! (stages) values at the points
+      real(wp), intent(in) :: first              !! value at 0, the first end
+      real(wp), intent(in) :: value(:)           !! (stages) values at the abscissae
       real(wp) :: new(t%stages + 1)
       integer :: j
       new = first * t%raise(:t%stages + 1, 0)
@@ -120,7 +121,7 @@ contains
       end do
    end function raised_values
 
-   !> Values of the Lagrange polynomials through 0 and the abscissae, at the Gauss points of one stage more.
+   !> Values of the Lagrange polynomials through 0 and the abscissae, at the abscissae of the tableau with one stage more.
    pure function raising(t) result(raise)
       type(tableau_t), intent(in) :: t           !! tableau with fewer than max_stages stages; only `stages` and c are used
       real(wp) :: raise(t%stages + 1, 0:t%stages), at(0:t%stages), to(t%stages + 1), weight(t%stages + 1)

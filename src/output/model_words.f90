@@ -17,7 +17,7 @@ module model_words
    character(*), parameter :: parameter_units(6) = [character(16) :: 'force / length^2', 'length', '1', 'force', &
       & 'force length^2', '1']
 
-   !> Kinds of obstacles, in the order of obstacle_types.
+   !> Words for the kinds of obstacles, in the order of the constants obstacle_... of module obstacle_types.
    character(*), parameter :: obstacle_name(5) = [character(8) :: 'line', 'circle', 'arc', 'polyline', 'spline']
 
 contains

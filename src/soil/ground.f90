@@ -36,7 +36,7 @@ module ground
 
 contains
 
-   !> Foundations of a checked model.
+   !> Finds the elements on which foundations act, and the deviation of their stress-free axis between the nodes.
    function new_ground(model, tableau, home) result(ground)
       type(model_t), intent(in) :: model
       type(tableau_t), intent(in) :: tableau(:)   !! (stages) tableaux, indexed by the number of stages

@@ -69,8 +69,8 @@ contains
    end subroutine find_events
 
    !> Distinguishes limit points from bifurcations at which the load of this path has an extremum (a symmetric pitchfork, followed
-   !> along its branch). At each of them the load rate changes its sign. The stiffness along the path, t.K t/(t.q)^2 with the path
-   !> tangent t and the load vector q, changes its sign at a limit point only.
+   !> along its branch). At each of them the load rate changes its sign. The work u.q of the load vector q on the derivatives u of
+   !> the displacements by the load factor changes its sign at a limit point only.
    subroutine distinguish_crossings(problem, run, trial, events)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -81,21 +81,21 @@ contains
       if (run%last%test_values%negative_pivots /= trial%test_values%negative_pivots) return
       do k = 1, size(events)
          if (events(k)%kind /= event_limit) cycle
-         events(k)%meets = stiffness_along(problem, run%last) * stiffness_along(problem, trial) > 0.0_wp
+         events(k)%meets = load_work(problem, run%last) * load_work(problem, trial) > 0.0_wp
          if (.not. events(k)%meets) cycle
          events(k)%label = 'BP'
          events(k)%note = 'bifurcation, meets the path that this one leaves on its other side'
       end do
    end subroutine distinguish_crossings
 
-   !> t.K t with the tangent stiffness K and the displacements t of the path tangent, divided by the square of its load rate.
-   real(wp) function stiffness_along(problem, point) result(stiffness)
+   !> The work u.q (see distinguish_crossings), computed as u.K u with the tangent stiffness K, because K u = q along the path.
+   real(wp) function load_work(problem, point) result(work)
       type(problem_t), intent(in) :: problem
       type(path_point_t), intent(in) :: point
       real(wp) :: moves(point%system%n), force(point%system%n)
       moves = merge(0.0_wp, point%system%tangent, point%system%fixed)
-      call apply_tangent(problem, point%state, point%system, moves, force, stiffness)
-   end function stiffness_along
+      call apply_tangent(problem, point%state, point%system, moves, force, work)
+   end function load_work
 
    !> Finds prescribed values that the path passes twice in one increment, before and behind a limit point. The values at the ends
    !> of the increment do not show these passages. The increment is therefore divided at the limit point.
@@ -162,8 +162,8 @@ contains
       call move_alloc(found, seen)
    end subroutine locate_all
 
-   !> Removes events whose value lies between the values at the ends of the whole increment: these events have been detected
-   !> already.
+   !> Removes prescribed values that lie between the values at the two ends of the whole increment: the search over the whole
+   !> increment has found them.
    subroutine drop_known(first, last, events)
       type(test_values_t), intent(in) :: first, last
       type(event_t), allocatable, intent(inout) :: events(:)

@@ -145,8 +145,8 @@ contains
       end subroutine confirm_bifurcation
    end subroutine locate_smooth
 
-   !> Finds the bifurcation as the zero of the eigenvalue along the symmetric path, extrapolated from samples on the side of the
-   !> bifurcation without a branch.
+   !> Finds the bifurcation to which the branch of a symmetric pitchfork comes (module header): the zero of the eigenvalue along the
+   !> symmetric path. The eigenvalue is extrapolated from samples on the side of the bifurcation on which there is no branch.
    subroutine locate_on_crossing_path(problem, side, state, found)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: side               !! 1 (or -1): the samples have larger (or smaller) loads than the branch

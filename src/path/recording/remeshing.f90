@@ -21,9 +21,9 @@ module remeshing
 
 contains
 
-   !> Requests a finer mesh if the errors of an event exceed the tolerance. At a detachment contacts without force open. Its error
-   !> contributions are computed on the reduced problem without these contacts, which has no elements on the straight wall; such
-   !> elements are exact.
+   !> Requests a finer mesh if the errors of an event exceed the tolerance. At a detachment, line contacts that carry no force open.
+   !> The errors of a detachment are those of the problem without these contacts, so that the mesh of that problem is refined. (The
+   !> elements of the line contacts lie on a straight wall and are exact.)
    subroutine request_mesh_at_event(problem, step, run, located_event, tries, outcome, request)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -102,8 +102,7 @@ contains
       run%mesh%points_to_keep = max(run%mesh%points_to_keep - 1, 0)
       if (run%mesh%points_to_keep > 0 .or. .not. step%asked_of_path > 0.0_wp) return
       call coarser_mesh(problem, place, bars, sizes_there(problem, step, run, place, force_scale, step%asked_of_path, outcome), &
-         & step%asked_of, &
-         & step%asked_of_path, run%mesh%coarser)
+         & step%asked_of, step%asked_of_path, run%mesh%coarser)
    end subroutine request_coarser_mesh
 
    !> Values to which the errors of a point are related (relative error = error / value): of the load factor, then of the monitors.
