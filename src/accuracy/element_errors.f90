@@ -175,15 +175,21 @@ contains
          real(wp), intent(out) :: forces(6)
          logical, intent(out) :: singular
          real(wp) :: stiffness(3, 3), gap(1, 3), weight(3)
-         associate (still => [held + 1, held + 2, held + 3], free => [moved + 1, moved + 2, moved + 3])
-            stiffness = transpose(finer%ek(still, free, e))
-            gap(1, :) = difference(still)
-            weight = [problem%size, problem%size, 1.0_wp]
-            call solve_small(3, stiffness, gap, singular, weight)
-            if (singular) return
-            forces(still) = matmul(system%ek(still, free, e), gap(1, :))
-            forces(free) = difference(free) + matmul(system%ek(free, free, e) - finer%ek(free, free, e), gap(1, :))
-         end associate
+         integer :: j
+         stiffness = transpose(finer%ek(held + 1:held + 3, moved + 1:moved + 3, e))
+         gap(1, :) = difference(held + 1:held + 3)
+         weight = [problem%size, problem%size, 1.0_wp]
+         call solve_small(3, stiffness, gap, singular, weight)
+         if (singular) return
+         forces(held + 1:held + 3) = 0.0_wp
+         forces(moved + 1:moved + 3) = difference(moved + 1:moved + 3)
+         do j = 1, 3
+            associate (coarse => system%ek(:, moved + j, e), fine => finer%ek(:, moved + j, e))
+               forces(held + 1:held + 3) = forces(held + 1:held + 3) + coarse(held + 1:held + 3) * gap(1, j)
+               forces(moved + 1:moved + 3) = forces(moved + 1:moved + 3) + &
+                  & (coarse(moved + 1:moved + 3) - fine(moved + 1:moved + 3)) * gap(1, j)
+            end associate
+         end do
       end subroutine by_displacement
    end function unbalanced
 

@@ -5,7 +5,7 @@
 module track_nodes
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
-   use rod_state, only: state_t, element_load, node_position, rod_direction, pose_of, candidate_offset
+   use rod_state, only: state_t, element_load, node_position, pose_of, candidate_offset
    use reference_curve, only: curve_abscissa, curve_length, curve_bend, nominal_bend
    use obstacle_pose, only: pose_t
    use obstacle_track, only: track_t, track_foot, across_joint, joints_between
@@ -107,7 +107,7 @@ contains
       !! see own_element
       integer :: e, end
       call own_element(problem, candidate, e, end, which)
-      angle = rod_direction(problem, state, e, end)
+      angle = state%geometry%element(e)%end_angle(end) + state%u(3, problem%candidates%node(candidate))
    end function rod_angle
 
    !> 1 if the rod and the track have the same direction at a candidate, -1 if they have opposite directions.

@@ -6,7 +6,7 @@ module obstacle_geometry
    use obstacle_curve, only: foot_t, nearest_point
    implicit none
    private
-   public :: nearest_piece, joints_apart
+   public :: has_angle, nearest_piece, joints_apart
    public :: obstacle_gap, moved_gap, contact_angle, turns_forward, unwrap_angle, contact_curvature
 
 contains

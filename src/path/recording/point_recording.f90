@@ -179,7 +179,7 @@ contains
             end associate
          end do
          allocate (shares(problem%ground%chain%n))
-         call ground_reaction(problem, state, system%inner, shares)
+         if (size(shares) > 0) call ground_reaction(problem, state, system%inner, shares)
          do c = 1, size(shares)
             associate (total => point%reaction_total(problem%ground%chain%contact(c)))
                total = total + shares(c)

@@ -55,11 +55,8 @@ contains
       logical, intent(in) :: keeps_mesh          !! true: the mesh is not refined because of these bars
       type(zero_t) :: zero
       type(error_bars_t) :: of_rate              ! error bars of the zero of the load rate
-      real(wp) :: length, rise                   ! arc length and change of the load factor from the last point to the trial
       if (.not. step%error_bars) return
       allocate (bars)
-      length = path_length(problem, run%last%state, trial%state)
-      rise = trial%state%load_factor - run%last%state%load_factor
       call timing_start(phase_accuracy)
       if (event%kind == event_release) then
          call bars_at_release()
@@ -103,8 +100,18 @@ contains
       subroutine errors_at_zero(on, bars)
          type(path_tangent_t), intent(in) :: on
          type(error_bars_t), intent(out) :: bars
-         call event_errors(problem, run%mesh%enriched, point%state, point%system, zero, on, length, rise, bars, keeps_mesh)
+         call event_errors(problem, run%mesh%enriched, point%state, point%system, zero, on, length(), rise(), bars, keeps_mesh)
       end subroutine errors_at_zero
+
+      !> Arc length from the last accepted point to the trial.
+      real(wp) function length()
+         length = path_length(problem, run%last%state, trial%state)
+      end function length
+
+      !> Change of the load factor from the last accepted point to the trial.
+      pure real(wp) function rise()
+         rise = trial%state%load_factor - run%last%state%load_factor
+      end function rise
 
       !> Bars of a detachment: a bifurcation of the reduced problem without force-free line contacts. There are no bars if free
       !> spans on a straight wall, which rotate without energy, make the null vector indistinguishable.
@@ -124,7 +131,7 @@ contains
          ! tangent is transferred to the reduced problem.
          on = path_tangent_t(carried_field(problem, point%state, point%tangent%u, free, released), point%tangent%load)
          call new_zero(free, as_bifurcation(event), released, loose, zero)
-         call event_errors(free, finer, released, loose, zero, on, length, rise, bars)
+         call event_errors(free, finer, released, loose, zero, on, length(), rise(), bars)
          ! If the program may make another mesh, bars without bounds are kept, too, because they lead to a finer mesh.
          if (any(problem%layout%rod_segment%placed)) return
          if (bars%why /= '' .or. .not. (bars%load%estimated .and. bars%load%bounded)) &
