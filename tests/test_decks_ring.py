@@ -311,6 +311,37 @@ def test_contact_slides_past_the_seam_of_a_ring():
     assert np.min(left) < 30.0 < np.max(left)
 
 
+def from_bottom():
+    """ring-full with its first node at the bottom: the chain of the contact closes inside the contact, not opposite to it."""
+    return dr.run_deck(dr.changed(dr.on_given_mesh("ring-full"), ("1, 0., 1.\n2, 0., -1.", "1, 0., -1.\n2, 0., 1."),
+                                  ("*BOUNDARY\n2, 1", "*BOUNDARY\n1, 1"), ("1, U2, -1.", "2, U2, -1."), ("1, U1\n", "2, U1\n")))
+
+
+@pytest.mark.parametrize("ring_deck, middle", ((full, np.pi), (from_bottom, 2.0 * np.pi)))
+def test_contact_of_a_closed_chain_begins_within_one_round(ring_deck, middle):
+    """Places along a whole ring, wherever its chain closes: the contact lies on both sides of the bottom."""
+    run = ring_deck()
+    results = run.results           # read as long as the run's folder is there
+    around = float(results.contact.chain_length[0])
+    dr.assert_close(around, 2.0 * np.pi, relative=1e-12)
+    bars = 0
+    for point in range(1, len(results.contact.count) + 1):
+        region = results.contact.regions(point)[0]
+        assert 0.0 <= region.start < around and region.start < region.end
+        if region.end - region.start >= around * (1.0 - 1e-12):     # all round, at the start
+            continue
+        for force in results.force_list("contact_force", point):
+            assert 0.0 <= force[1] <= around * (1.0 + 1e-12)
+        if not np.isfinite(region.start_error):
+            continue
+        bars += 1
+        dr.assert_close(region.start + region.end, 2.0 * middle, absolute=region.start_error + region.end_error)
+        for place, corrected, bar in ((region.start, region.start_corrected, region.start_error),
+                                      (region.end, region.end_corrected, region.end_error)):
+            assert abs(corrected - place) <= bar < ANGLE_LIMIT
+    assert bars > 0
+
+
 # ---- convergence ----
 
 

@@ -109,8 +109,8 @@ contains
       problem%mesh_kind = mesh_sampled
    end function new_sampled_problem
 
-   !> Sets the parts of the rods on which contact spans are allowed, the coordinates of the rod segments along the chains, and the
-   !> initial overlaps. All three are taken from the deck's mesh.
+   !> Sets the parts of the rods on which contact spans are allowed, the coordinates of the rod segments along the chains, the
+   !> lengths of closed chains, and the initial overlaps. All of them are taken from the deck's mesh.
    subroutine place_spans(deck, problem)
       type(problem_t), intent(in) :: deck            !! problem on the deck's mesh
       type(problem_t), intent(inout) :: problem      !! problem of the same deck, on any mesh
@@ -122,6 +122,7 @@ contains
       end do
       problem%covered = covered
       problem%chain_start = chain_starts(deck)
+      problem%chain_length = deck%candidates%chain_length
       problem%overlap = deck%overlap
    end subroutine place_spans
 

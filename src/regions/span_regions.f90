@@ -1,6 +1,7 @@
 !> Contact regions of a state with contact spans, for the results: one for each connected contact, in order along the rods.
 module span_regions
    use kinds, only: wp
+   use mesh_density, only: position_rounding
    use problem, only: problem_t
    use rod_state, only: state_t, candidate_position, pose_of
    use rod_profile, only: new_profile, profile_place
@@ -70,11 +71,11 @@ contains
          region%end = region%start
          region%angle_end = region%angle_start
          if (problem%candidates%neighbour(2, last) == first) then
-            region%end = region%start + whole_length(problem, state, region%contact)
+            region%end = region%start + problem%chain_length(region%contact)
          else if (last /= first) then
             region%end = chain_coordinate(problem, state, last, 1)
             region%angle_end = angle_at(last, roll%arm)
-            if (region%end < region%start) region%end = region%end + whole_length(problem, state, region%contact)
+            if (region%end < region%start) region%end = region%end + problem%chain_length(region%contact)
          end if
          associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(first)))
             if (last == first) return
@@ -105,11 +106,14 @@ contains
       end function angle_at
    end function find_span_regions
 
-   !> Assigns the error bars of touchdown points to the ends of their regions.
-   subroutine assign_place_bars(bars, regions)
+   !> Assigns the error bars of touchdown points to the ends of their regions. On a closed chain the coordinates of an end and of
+   !> its touchdown point may differ by the length of the chain, because the end of a region is not less than its start.
+   subroutine assign_place_bars(problem, bars, regions)
+      type(problem_t), intent(in) :: problem
       type(error_bars_t), intent(in) :: bars
       type(region_t), intent(inout) :: regions(:)
       logical, allocatable :: mine(:), unknown(:)
+      real(wp), allocatable :: off(:)             ! from the ends of the region to the touchdown points
       real(wp) :: at(2)
       integer :: r, side, k
       if (.not. allocated(bars%place)) return
@@ -124,15 +128,19 @@ contains
                ! A contact that has just begun has no number yet. At a bifurcation away from a force-free line contact, the bars are
                ! those of the point contacts that take the place of its ends.
                if (.not. any(mine)) mine = unknown
-               k = minloc(abs(place%at - at(side)), 1, mask=mine)
+               off = place%at - at(side)
+               associate (round => problem%chain_length(regions(r)%contact))
+                  if (round > 0.0_wp) off = off - round * anint(off / round)
+               end associate
+               k = minloc(abs(off), 1, mask=mine)
                if (.not. regions(r)%moves(side)) then
                   bar = new_error_bar(0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
                else if (k > 0) then
                   ! Where contact begins, the position of the least gap and that of the new point contact differ by the error of the
                   ! element's polynomials.
                   bar = place(k)%bar
-                  bar%correction = bar%correction + (place(k)%at - at(side))
-                  bar%bar = bar%bar + abs(place(k)%at - at(side))
+                  bar%correction = bar%correction + off(k)
+                  bar%bar = bar%bar + abs(off(k))
                end if
             end associate
          end do
@@ -150,8 +158,8 @@ contains
       type(pose_t) :: pose
       call find_point(problem, state, rod_segment, at, e, tau)
       region%contact = contact
-      region%start = problem%chain_start(rod_segment, contact) + tau * state%geometry%element(e)%length + &
-         & sum(state%geometry%element(problem%element_first(rod_segment):e - 1)%length)
+      region%start = once_round(problem, contact, problem%chain_start(rod_segment, contact) + tau * &
+         & state%geometry%element(e)%length + sum(state%geometry%element(problem%element_first(rod_segment):e - 1)%length), side=2)
       region%end = region%start
       associate (o => problem%model%contact(contact)%obstacle)
          pose = pose_of(problem, state, o)
@@ -161,7 +169,7 @@ contains
       region%angle_end = region%angle_start
    end function beginning_region
 
-   !> Stress-free arc length of a candidate along the chain of its contact.
+   !> Stress-free arc length of a candidate along the chain of its contact, at most once round a closed chain.
    pure real(wp) function chain_coordinate(problem, state, candidate, side, before) result(s)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -189,7 +197,22 @@ contains
          end if
          s = problem%chain_start(rod_segment, problem%candidates%contact(candidate)) + s
       end associate
+      s = once_round(problem, problem%candidates%contact(candidate), s, at)
    end function chain_coordinate
+
+   !> Coordinate along the chain of a contact, at most once round a closed chain. A rod segment may continue over the place where
+   !> the chain closes: just before this place the coordinate is the length of the chain, just behind it zero.
+   pure real(wp) function once_round(problem, contact, s, side)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: contact
+      real(wp), intent(in) :: s             !! coordinate, counted on from the start of the rod segment
+      integer, intent(in) :: side           !! 1: where the chain closes the coordinate is its length; 2: it is zero there
+      once_round = s
+      associate (round => problem%chain_length(contact))
+         if (round > 0.0_wp .and. s > (1.0_wp + merge(1, -1, side == 1) * position_rounding) * round) once_round = max(0.0_wp, &
+            & s - round)
+      end associate
+   end function once_round
 
    !> (elements) Stress-free length between the beginning of the element's rod segment and the element.
    pure function lengths_before(problem, state) result(before)
@@ -204,17 +227,4 @@ contains
          end do
       end do
    end function lengths_before
-
-   !> Sum of the stress-free lengths of all rod segments that a contact covers; for a closed chain this is the length of the chain.
-   pure real(wp) function whole_length(problem, state, contact) result(length)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: contact
-      integer :: j
-      length = 0.0_wp
-      do j = 1, size(problem%layout%rod_segment)
-         if (problem%covered(j, contact)) length = length + &
-            & sum(state%geometry%element(problem%element_first(j):problem%element_last(j))%length)
-      end do
-   end function whole_length
 end module span_regions

@@ -74,6 +74,7 @@ module problem
       type(mark_t), allocatable :: mark(:) !! interface points: ends of foundations' contact, and corners of foundation laws
       real(wp), allocatable :: chain_start(:, :) !! (rod segments, contacts) coordinate along the chain of the contact at which the
       !! segment begins
+      real(wp), allocatable :: chain_length(:) !! (contacts) length of the chain of the contact if it is closed; 0: it is open
       logical, allocatable :: covered(:, :) !! (rod segments, contacts) true: contact spans are allowed on the whole segment; false:
       !! nowhere on it
       integer :: mesh_kind = mesh_fixed
@@ -174,6 +175,7 @@ contains
       new%tableau = problem%tableau
       new%demand = problem%demand
       if (allocated(problem%chain_start)) new%chain_start = problem%chain_start
+      if (allocated(problem%chain_length)) new%chain_length = problem%chain_length
       if (allocated(problem%covered)) new%covered = problem%covered
       allocate (new%contact_span(0), new%hinge(0), new%mark(0))
       new%deck_mesh = .false.

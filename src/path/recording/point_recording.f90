@@ -89,7 +89,7 @@ contains
          run%points = run%points + 1
          run%recorded_load = state%load_factor
          if (allocated(run%onset%region) .and. label == contact_gained) row%region = [row%region, run%onset%region]
-         if (allocated(row%bars) .and. allocated(row%region)) call assign_place_bars(row%bars, row%region)
+         if (allocated(row%bars) .and. allocated(row%region)) call assign_place_bars(problem, row%bars, row%region)
          call check_point(problem, state, system, spans, place_t(run%branch, problem%step, run%points, state%load_factor), &
             & merge(run%onset%element, 0, label == contact_gained), row, outcome%accuracy, wrong)
          call note_load(problem%step, state%load_factor, outcome%accuracy)
