@@ -98,21 +98,29 @@ contains
       integer, intent(in) :: from         !! number of the piece on which the search starts
       logical, intent(in) :: everywhere !! true: the search passes to any piece; false: not to a piece with a different curvature,
       !! and the last piece is continued instead
+      real(wp) :: along                   ! sigma, within half a round of the beginning of the first piece
       integer :: i
       i = from
+      along = sigma
       associate (n => size(obstacle%curve%piece), closed => obstacle%curve%closed)
+         if (closed) then
+            associate (half => 0.5_wp * round_length(obstacle, offset), start => piece_start(obstacle, offset, from))
+               if (abs(sigma - start) > half) along = start - half + modulo(sigma - start + half, 2 * half)
+            end associate
+         end if
+         ! In a diverging iterate sigma may be any number, or none.
          do while (i > 0 .or. closed)
-            if (sigma >= piece_start(obstacle, offset, i)) exit
+            if (.not. along < piece_start(obstacle, offset, i)) exit
             if (jumps_behind(obstacle, i - 1) .and. .not. everywhere) exit
             i = i - 1
          end do
          do while (i <= n .or. closed)
-            if (sigma <= piece_start(obstacle, offset, i + 1)) exit
+            if (.not. along > piece_start(obstacle, offset, i + 1)) exit
             if (jumps_behind(obstacle, i) .and. .not. everywhere) exit
             i = i + 1
          end do
       end associate
-      track = on_piece(obstacle, offset, i, piece_parameter(obstacle, offset, i, sigma))
+      track = on_piece(obstacle, offset, i, piece_parameter(obstacle, offset, i, along))
       track%sigma = sigma
    end function walk_to
 
