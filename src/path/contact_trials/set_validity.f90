@@ -59,7 +59,9 @@ module set_validity
 contains
 
    !> True if an equilibrium is near enough to be on the same path: displacements and load factor differ by less than fixed bounds
-   !> from those of the run's point, or of the equilibrium of the present set beyond the change.
+   !> from those of the run's point, or of the equilibrium of the present set beyond the change. (An equilibrium found by increments
+   !> with contact at nodes may be farther, but the load has changed, too; there the ratio of displacement to load decides, see
+   !> set_at_nodes.)
    logical function moves_little(here, next)
       type(change_place_t), intent(in) :: here
       type(other_set_t), intent(in) :: next

@@ -1,6 +1,7 @@
 !> Converts contact at many nodes, found by the complementarity problem, to point and line contacts along the rod.
 module nodes_to_spans
    use kinds, only: wp, parallel
+   use model, only: method_cylindrical
    use problem, only: problem_t
    use rod_state, only: state_t, candidate_gap, may_react
    use contact_spans, only: contact_span_t
@@ -10,6 +11,7 @@ module nodes_to_spans
    use test_kinds, only: span_test_t, any_fails, test_slack, test_vanishing, test_gap
    use other_set, only: other_set_t, copy_other_set, new_other_set, find_equilibrium, tests_of
    use reachability, only: leads_to_next
+   use path_control, only: set_tangent
    use path_continuity, only: relation_t, relate, same_path, too_far
    use path_point, only: path_point_t, advance
    use path_state, only: path_state_t, path_tangent_of
@@ -27,10 +29,11 @@ contains
 
    !> Makes increments of growing length with contact at nodes, until the contact corresponds to points and lines that pass their
    !> tests.
-   subroutine find_spans_ahead(problem, run, on, next, first, found, report, why)
-      type(problem_t), intent(in) :: problem     !! problem on a mesh whose nodes detect contact
-      type(path_state_t), intent(in) :: run      !! the run at the start of the path
-      type(path_state_t), intent(inout) :: on    !! in: a copy of the run; out: the run at the start of the last increment
+   subroutine find_spans_ahead(problem, run, nodes, on, next, first, found, report, why)
+      type(problem_t), intent(in) :: problem     !! problem at the present point of the path
+      type(path_state_t), intent(in) :: run
+      type(problem_t), intent(in) :: nodes       !! problem on a mesh whose nodes detect contact
+      type(path_state_t), intent(inout) :: on !! in: the run on the mesh of `nodes`; out: the run at the start of the last increment
       type(other_set_t), intent(out) :: next          !! its contact spans have the numbers 1, 2, ...
       real(wp), intent(out) :: first             !! load factor after the first increment
       logical, intent(out) :: found
@@ -42,11 +45,14 @@ contains
       found = .false.
       first = on%last%state%load_factor
       do try = 1, most_increments
-         call advance(problem, on%last, on%control, ahead, report)
+         if (on%control%method == method_cylindrical) call set_tangent(nodes, on%last%system, on%last%tangent%u, &
+            & on%last%tangent%load, on%control)
+         call advance(nodes, on%last, on%control, ahead, report)
          if (report%converged) then
-            ahead%tangent = path_tangent_of(problem, on, ahead)
-            relation = relate(problem, on%last%state, ahead%state, on%last%tangent, ahead%tangent, on%fresh)
-            report%converged = same_path(relation) .and. .not. too_far(problem, on%control, relation)
+            ahead%tangent = path_tangent_of(nodes, on, ahead)
+            relation = relate(nodes, on%last%state, ahead%state, on%last%tangent, ahead%tangent, on%fresh)
+            ! At the start of a path there is no previous direction with which the increment could be compared.
+            if (problem%is_sampled()) report%converged = same_path(relation) .and. .not. too_far(nodes, on%control, relation)
             if (.not. report%converged) report%message = 'what equilibrium there is ahead lies on another path'
          end if
          if (.not. report%converged) then
@@ -55,7 +61,7 @@ contains
             cycle
          end if
          if (.not. allocated(why)) first = ahead%state%load_factor
-         call find_spans(problem, ahead%state, next, found, why)
+         call find_spans(nodes, ahead%state, next, found, why)
          ! Close to the run's point the chord to an equilibrium is rounding and may have any direction; farther away it shows
          ! whether the equilibrium is ahead.
          if (found) found = leads_to_next(problem, run, next)

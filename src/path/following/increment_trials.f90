@@ -175,7 +175,7 @@ contains
       if (.not. done) attempt%meshes = huge(attempt%meshes) - 1
    end subroutine retry_refined
 
-   !> Finds another contact set by trials if no increment succeeds with the present set. This is done
+   !> Finds another contact set, by trials or else by contact at nodes, if no increment succeeds with the present set. This is done
    !> once at each position along the path. attempt%changed is true if another set is found; otherwise the set is unchanged.
    subroutine try_another_set(problem, step, run, attempt, recorder, outcome)
       type(problem_t), intent(inout) :: problem
@@ -188,7 +188,7 @@ contains
       attempt%changed = problem%has_spans() .and. run%arc_length - run%left_at > attempt%searched_to
       if (.not. attempt%changed) return
       attempt%searched_to = place()
-      call find_other_set(problem, step, run, recorder, attempt%changed, attempt%finished, outcome)
+      call find_other_set(problem, step, run, attempt%first_increment, recorder, attempt%changed, attempt%finished, outcome)
       ! At the position where a set was found, no other set is searched for again.
       attempt%searched_to = place()
       if (.not. attempt%changed) return
