@@ -222,8 +222,9 @@ contains
             if (.not. found) cycle
             trial%sized = any(neighbour(k)%held > 0)
             trial%edits = from%edits + 1
-            trial%count = counted(from%count, here%strip, neighbour(k)%edit, contacts_of(here%strip, from%set%problem, &
-               & from%set%state), contacts_of(here%strip, trial%set%problem, trial%set%state))
+            trial%count = counted(from%count, here%strip, neighbour(k)%edit, neighbour(k)%parent, &
+               & contacts_of(here%strip, from%set%problem, from%set%state), &
+               & contacts_of(here%strip, trial%set%problem, trial%set%state))
             call set_label(trial%count, trial%set)
             trial%edit = merge(neighbour(k)%edit, from%edit, from%edits == 0)
             trial%length = neighbour(k)%length

@@ -27,10 +27,11 @@ module edit_labels
 contains
 
    !> Adds to a count what one more edit has gained and lost.
-   pure type(edit_count_t) function counted(before_edit, strip, edit, before, after) result(number)
+   pure type(edit_count_t) function counted(before_edit, strip, edit, parent, before, after) result(number)
       type(edit_count_t), intent(in) :: before_edit
       type(strip_t), intent(in) :: strip(:)
       integer, intent(in) :: edit                !! kind of the edit (neighbours)
+      integer, intent(in) :: parent              !! number of the contact that the edit has changed, 0: none
       type(contact_span_t), intent(in) :: before(:), after(:) !! contacts on strips, before the edit and after it
       integer :: k, new, missing, covered, changed ! contacts that begin; that are missing, and among them those at whose place
       ! another contact lies; that lie on another obstacle
@@ -41,8 +42,14 @@ contains
       number = before_edit
       select case (edit)
       case (edit_part, edit_leave, edit_ends, edit_open, edit_end_off, edit_jump)
-         number%split = number%split + max(new - missing, 0)
-         number%lost = number%lost + abs(new - missing)
+         if (any(before%number == parent)) then
+            number%split = number%split + max(new - missing, 0)
+            number%lost = number%lost + abs(new - missing)
+         else
+            ! The new contact has come off a clamped node, which is no contact by itself.
+            number%gained = number%gained + new
+            number%lost = number%lost + missing
+         end if
       case (edit_rise)
          number%split = number%split + new / 2
          number%lost = number%lost + new / 2

@@ -70,6 +70,7 @@ module neighbours
    !> contact, of a free span beside the end of a line contact, or of either half of a free span inside a line contact.
    type :: neighbour_t
       integer :: edit = 0
+      integer :: parent = 0                  !! number of the contact that the edit changes, 0: none
       type(contact_span_t), allocatable :: set(:) !! contact set on strips, new contact spans without number
       integer :: held(2) = 0                 !! indices of the contacts that have an end with a prescribed place, 0: none
       integer :: side(2) = 1                 !! which end of this contact: 1 first, 2 last
@@ -163,12 +164,13 @@ contains
       type(editing_t), intent(in) :: how
       type(neighbour_t), allocatable, intent(inout) :: all(:)
       real(wp) :: at(1)
-      integer :: k
+      integer :: k, first
       associate (set => how%set, place => how%place)
          do k = 1, size(set)
             if (set(k)%rod_segment /= place%strip) cycle
             at = brought_near(how%strip, [place%at], 0.5_wp * sum(set(k)%at))
             if (at(1) < set(k)%at(1) - how%near .or. at(1) > set(k)%at(2) + how%near) cycle
+            first = size(all) + 1
             if (set(k)%line) then
                call edit_line(how, k, at(1), all)
             else
@@ -176,6 +178,7 @@ contains
                if (place%kind == test_leaving) call add(all, edit_leave, end_moved(set, k, 1, at(1)))
                call edit_point(how, k, all)
             end if
+            all(first:)%parent = set(k)%number
          end do
          call edit_free_spans(how, all)
          if (place%contact > 0 .and. place%kind == test_gap) call meet_obstacle(how, all)
