@@ -27,17 +27,19 @@ module edit_labels
 contains
 
    !> Adds to a count what one more edit has gained and lost.
-   pure type(edit_count_t) function counted(before_edit, strip, edit, parent, before, after) result(number)
+   pure type(edit_count_t) function counted(before_edit, strip, edit, parent, closes, before, after) result(number)
       type(edit_count_t), intent(in) :: before_edit
       type(strip_t), intent(in) :: strip(:)
       integer, intent(in) :: edit                !! kind of the edit (neighbours)
       integer, intent(in) :: parent              !! number of the contact that the edit has changed, 0: none
+      logical, intent(in) :: closes !! true: a free span closes, so that a contact that is missing has merged with its neighbour
       type(contact_span_t), intent(in) :: before(:), after(:) !! contacts on strips, before the edit and after it
       integer :: k, new, missing, covered, changed ! contacts that begin; that are missing, and among them those at whose place
       ! another contact lies; that lie on another obstacle
       new = count([(.not. any(before%number == after(k)%number), k=1, size(after))])
       missing = count([(.not. any(after%number == before(k)%number), k=1, size(before))])
-      covered = count([(.not. any(after%number == before(k)%number) .and. any(overlap(before(k), after)), k=1, size(before))])
+      covered = count([(.not. any(after%number == before(k)%number) .and. (closes .or. any(overlap(before(k), after))), &
+         & k=1, size(before))])
       changed = count([(any(before%number == after(k)%number .and. before%contact /= after(k)%contact), k=1, size(after))])
       number = before_edit
       select case (edit)
