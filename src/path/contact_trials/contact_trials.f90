@@ -13,7 +13,7 @@ module contact_trials
    use contact_spans, only: contact_span_t, initial_share
    use contact_set_edits, only: same_set
    use span_candidates, only: present_contact_spans
-   use test_kinds, only: span_test_t, any_fails, test_slack, test_vanishing
+   use test_kinds, only: span_test_t, any_fails, test_slack
    use other_set, only: other_set_t, copy_other_set, tests_of, go_to_load
    use path_state, only: path_state_t
    use edit_labels, only: counted, set_label, contacts_of
@@ -206,10 +206,9 @@ contains
       type(neighbour_t), allocatable :: neighbour(:)
       type(tried_set_t) :: trial
       integer :: d, k
-      logical :: found, closes
+      logical :: found
       do d = 1, size(edit_place)
          if (edit_place(d)%strip == 0) cycle
-         closes = edit_place(d)%kind == test_vanishing
          neighbour = neighbours_together(here%strip, on_strips(here%strip, present_contact_spans(from%set%problem, &
             & from%set%state)), edit_place, d, length)
          do k = 1, size(neighbour)
@@ -223,7 +222,7 @@ contains
             if (.not. found) cycle
             trial%sized = any(neighbour(k)%held > 0)
             trial%edits = from%edits + 1
-            trial%count = counted(from%count, here%strip, neighbour(k)%edit, neighbour(k)%parent, closes, &
+            trial%count = counted(from%count, here%strip, neighbour(k)%edit, neighbour(k)%parent, edit_place(d)%beside, &
                & contacts_of(here%strip, from%set%problem, from%set%state), &
                & contacts_of(here%strip, trial%set%problem, trial%set%state))
             call set_label(trial%count, trial%set)

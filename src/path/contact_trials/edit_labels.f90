@@ -27,19 +27,22 @@ module edit_labels
 contains
 
    !> Adds to a count what one more edit has gained and lost.
-   pure type(edit_count_t) function counted(before_edit, strip, edit, parent, closes, before, after) result(number)
+   pure type(edit_count_t) function counted(before_edit, strip, edit, parent, beside, before, after) result(number)
       type(edit_count_t), intent(in) :: before_edit
       type(strip_t), intent(in) :: strip(:)
       integer, intent(in) :: edit                !! kind of the edit (neighbours)
       integer, intent(in) :: parent              !! number of the contact that the edit has changed, 0: none
-      logical, intent(in) :: closes !! true: a free span closes, so that a contact that is missing has merged with its neighbour
+      integer, intent(in) :: beside(2) !! numbers of the contacts beside a free span that closes, 0: none: if one of two is missing,
+      !! it has merged with the other
       type(contact_span_t), intent(in) :: before(:), after(:) !! contacts on strips, before the edit and after it
-      integer :: k, new, missing, covered, changed ! contacts that begin; that are missing, and among them those at whose place
-      ! another contact lies; that lie on another obstacle
+      integer :: k, new, missing, covered, changed ! contacts that begin; that are missing, and among them those that have merged;
+      ! that lie on another obstacle
+      logical :: closes                   ! the free span lies between two contacts
       new = count([(.not. any(before%number == after(k)%number), k=1, size(after))])
       missing = count([(.not. any(after%number == before(k)%number), k=1, size(before))])
-      covered = count([(.not. any(after%number == before(k)%number) .and. (closes .or. any(overlap(before(k), after))), &
-         & k=1, size(before))])
+      closes = any(before%number == beside(1)) .and. any(before%number == beside(2))
+      covered = count([(.not. any(after%number == before(k)%number) .and. ((closes .and. any(beside == before(k)%number)) .or. &
+         & any(overlap(before(k), after))), k=1, size(before))])
       changed = count([(any(before%number == after(k)%number .and. before%contact /= after(k)%contact), k=1, size(after))])
       number = before_edit
       select case (edit)

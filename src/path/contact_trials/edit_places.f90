@@ -46,6 +46,7 @@ contains
                call strip_place(strip, test%rod_segment, test%at, edit_place(k)%strip, edit_place(k)%at)
             case (test_vanishing)
                edit_place(k)%contact = test%contact
+               edit_place(k)%beside = merge(now(max(test%beside, 1))%number, 0, test%beside > 0)
                call strip_place(strip, test%rod_segment, 0.5_wp * sum(test%ends), edit_place(k)%strip, edit_place(k)%at)
             case (test_force, test_curvature, test_slope, test_leaving, test_couple)
                at = touch_place(problem, state, test%candidate)

@@ -63,6 +63,7 @@ module neighbours
       real(wp) :: width = 0.0_wp             !! half the length of the zone in which the test fails; 0: it fails at a point
       logical :: beyond = .false.            !! the equilibrium at the end of the increment is known, and `width` belongs to it
       logical :: whole = .false.             !! the test fails all along the line contact, which may lift off as a whole
+      integer :: beside(2) = 0 !! numbers of the contacts before and after a free span that closes, 0: none, or no such span
       real(wp) :: room = huge(1.0_wp)        !! longest new contact or free span: distance to a joint of the obstacle
    end type edit_place_t
 
