@@ -136,6 +136,12 @@ def holding_program(folder, runs, finished):
     return program
 
 
+def begun(folder, program):
+    """A sweep in the background."""
+    return subprocess.Popen(command(folder, "run", "strip.toml", "-j", "2", program=program), cwd=folder, env=environment(),
+                            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+
+
 def wait_for(there, running):
     """Until something is there; a process that makes it may not end before."""
     while True:
@@ -243,6 +249,36 @@ def test_killed_and_resumed_is_the_same_as_in_one_go(folder):
         for group in ("path", "critical"):
             for name in first[group]:
                 np.testing.assert_array_equal(first[group][name][()], second[group][name][()])
+
+
+@pytest.mark.parametrize("timeout", [None, 1])
+def test_a_run_that_a_killed_sweep_left_behind_is_waited_for(folder, timeout):
+    """kill -9 of the sweep alone: its run goes on and may still write. The sweep that follows leaves this run's files alone until then."""
+    (folder / "strip.toml").write_text(PLAIN if timeout is None else PLAIN.replace("[grid]", f"timeout = {timeout}\n[grid]"))
+    sweep(folder, "run", "--folder", folder / "one-go")
+    (folder / "hold").touch()
+    program = folder / "first-holds"
+    program.write_text(f"#!/bin/sh\ncase \"$*\" in *-o*) if mkdir '{folder}/begun' 2> /dev/null; then while [ -e '{folder}/hold' ]; do sleep 0.02; done; fi;; "
+                       f"esac\nexec '{os.environ['UNILAT']}' \"$@\"\n")
+    program.chmod(0o755)
+    killed = begun(folder, program)
+    wait_for((folder / "begun").exists, killed)
+    killed.kill()
+    killed.wait()
+    second = begun(folder, program)
+    runs = folder / "strip-sweep" / "runs"
+    if timeout is None:
+        wait_for(lambda: len(list(runs.glob("*.json"))) == N - 1, second)
+        time.sleep(0.2)
+        assert second.poll() is None and len(list(runs.glob("*.json"))) == N - 1
+    else:
+        assert second.wait() == 1 and "did not end in 1 s" in (folder / "strip-sweep" / "strip.csv").read_text()
+    (folder / "hold").unlink()
+    if timeout is None:
+        assert second.wait() == 0
+        ours, theirs = ([line for line in (place / "strip.csv").read_text().splitlines() if not line.startswith("#")]
+                        for place in (folder / "strip-sweep", folder / "one-go"))
+        assert ours == theirs and not [*runs.glob("*.part"), *runs.glob("*.lock")]
 
 
 def test_nothing_is_run_twice_and_a_changed_deck_is_run_again(folder):

@@ -24,13 +24,20 @@ class Processes:
         self._running: set[subprocess.Popen] = set()
         self._stopped = False
 
-    def run(self, command: list[str], text: str, timeout: float | None, environment: dict) -> tuple[int, str, str]:
-        """Exit code, standard output and standard error of a program that reads `text`; TimeoutExpired when it takes too long."""
+    def check(self):
+        """Raises Stopped once `stop` was called."""
+        if self._stopped:
+            raise Stopped
+
+    def run(self, command: list[str], text: str, timeout: float | None, environment: dict, inherits: int) -> tuple[int, str, str]:
+        """Exit code, standard output and standard error of a program that reads `text`; TimeoutExpired when it takes too long.
+
+        The program and what it starts inherit the open descriptor `inherits`.
+        """
         with self._guard:
-            if self._stopped:
-                raise Stopped
+            self.check()
             process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8",
-                                       errors="replace", env=environment, start_new_session=True)
+                                       errors="replace", env=environment, start_new_session=True, pass_fds=(inherits,))
             self._running.add(process)
         try:
             said, wrong = process.communicate(text, timeout=timeout)
@@ -41,8 +48,7 @@ class Processes:
         finally:
             with self._guard:
                 self._running.discard(process)
-        if self._stopped:
-            raise Stopped
+        self.check()
         return process.returncode, said, wrong
 
     def stop(self):

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import h5py
 
 from ..results import ResultsError
+from .locks import inherited
 from .processes import Processes
 from .run_deck import RunDeck
 
@@ -31,8 +32,12 @@ class Record:
 
     @property
     def counts(self) -> bool:
-        """False where it was not the run that failed, but what was around it: a signal, a full disk."""
-        return self.code >= 0 and self.code not in (REFUSED, ENDED)
+        return counts(self.code)
+
+
+def counts(code: int) -> bool:
+    """False where it was not the run that failed, but what was around it: a signal, a full disk."""
+    return code >= 0 and code not in (REFUSED, ENDED)
 
 
 class RunFolder:
@@ -90,23 +95,41 @@ class RunFolder:
 
         Raises Stopped when the sweep ends first.
         """
-        mark = f"{socket.gethostname()}-{os.getpid()}"
-        part = os.path.join(self.runs, f"{key}.part")
         start = time.perf_counter()
+        end = start + (timeout or float("inf"))
+
+        def waits():        # for a run that a killed sweep left behind: it ends, and its file is gone on from
+            self.processes.check()
+            if time.perf_counter() > end:
+                raise subprocess.TimeoutExpired(self.command, timeout)
+
+        try:
+            with inherited(os.path.join(self.runs, f"{key}.run.lock"), waits) as lock:
+                return self._run_alone(key, deck, timeout, start, lock)
+        except subprocess.TimeoutExpired:
+            return self._finish(key, deck, TIMED_OUT, "", f"a run that an ended sweep left behind did not end in {timeout:g} s", start)
+
+    def _run_alone(self, key: str, deck: RunDeck, timeout: float | None, start: float, lock: int) -> Record:
+        part = os.path.join(self.runs, f"{key}.part")
         environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
         try:
             code = 1
             if os.path.exists(part):        # a run that was ended: it goes on, unless it has not come so far
-                code, said, wrong = self.processes.run([*self.command, "-o", part, "--restart", part], "", timeout, environment)
+                code, said, wrong = self.processes.run([*self.command, "-o", part, "--restart", part], "", timeout, environment, lock)
             if code == 1:
-                code, said, wrong = self.processes.run([*self.command, "-o", part, *deck.options], deck.text, timeout, environment)
+                code, said, wrong = self.processes.run([*self.command, "-o", part, *deck.options], deck.text, timeout, environment, lock)
         except subprocess.TimeoutExpired:
             code, said, wrong = TIMED_OUT, "", f"took longer than {timeout:g} s"
-        record = Record(code, _message(code, wrong, said) if code else "", round(time.perf_counter() - start, 4))
         if code in (0, 2) and os.path.exists(part):
             os.replace(part, self.results(key))
-        elif os.path.exists(part) and record.counts:
+        elif os.path.exists(part) and counts(code):
             os.remove(part)
+        return self._finish(key, deck, code, said, wrong, start)
+
+    def _finish(self, key: str, deck: RunDeck, code: int, said: str, wrong: str, start: float) -> Record:
+        """Writes the record of a run that has ended."""
+        mark = f"{socket.gethostname()}-{os.getpid()}"
+        record = Record(code, _message(code, wrong, said) if code else "", round(time.perf_counter() - start, 4))
         if code:
             self._write(self.listing(key), f"{deck.text}\n---- {' '.join(deck.settings)}\n---- exit code {code}\n{said}\n{wrong}\n", mark)
         self._write(os.path.join(self.runs, f"{key}.json"), json.dumps(record.__dict__), mark)
@@ -115,7 +138,7 @@ class RunFolder:
     def sweep_up(self):
         """Removes what runs left behind that were killed; only when nothing runs."""
         for name in os.listdir(self.runs):
-            if name.endswith((".part", ".part.lock")):
+            if name.endswith((".part", ".lock")):
                 os.remove(os.path.join(self.runs, name))
 
     def _write(self, name: str, text: str, mark: str):
