@@ -11,7 +11,6 @@ module continuing_with_set
    use tried_sets, only: next_set_t, new_change_place
    use contact_trials, only: try_sets
    use rod_strips, only: same_kind
-   use known_path, only: lies_before_change
    use set_at_nodes, only: find_set_at_nodes
    use step_off, only: tangent_along
    use entering_contact_set, only: go_to_next, replace_set, passes_value
@@ -49,13 +48,11 @@ contains
       finished = .false.
       call try_sets(step, run, new_change_place(problem, step, run, run%last), next)
       changed = next%found
-      if (changed) changed = .not. lies_before_change(run, next%onward%problem, next%onward%state)
       if (changed) then
          call leave_recorded(problem, run, next%first)
          call begin_set(problem, step, run, next, recorder, finished, outcome)
       else
          call find_set_at_nodes(problem, run, reach, next%first, changed)
-         if (changed) changed = .not. lies_before_change(run, next%first%problem, next%first%state)
          if (.not. changed) return
          ! The deck may ask for a point at a given value. A set that is valid only behind this value has no equilibrium there and is
          ! not taken.

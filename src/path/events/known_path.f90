@@ -3,12 +3,11 @@
 !> the caller:
 !>
 !>   retraces_path           end of an increment, its tangent     last parts of the path           the increment is rejected
-!>   lies_before_change      equilibrium of another contact set   path up to the last change       the set is rejected
 !>   check_closure           limit point or contact change        such points of the path itself   the path ends
 !>   is_known_bifurcation    bifurcation or limit point           bifurcations (see below)         the path ends or passes it
 !>   find_known_bifurcation  whole increment                      bifurcations (see below)         the known place is taken
 !>
-!> The first two procedures compare directions: near its last points a path is close to itself in any case, so that only a reversed
+!> The first procedure compares directions: near its last points a path is close to itself in any case, so that only a reversed
 !> direction shows a return. The other procedures compare positions only. A path is at a known point if its distance from this
 !> point, over the arc length since the point (since the start of the path for bifurcations), is below the accuracy with which
 !> events are located.
@@ -22,11 +21,9 @@ module known_path
    use text, only: to_text
    use problem, only: problem_t
    use rod_state, only: state_t
-   use rod_strips, only: same_kind
    use state_transfer, only: carry_to
-   use path_control, only: path_length, displacement_between, metric
+   use path_control, only: path_length
    use path_continuity, only: relate, relation_t, goes_back, stands_still
-   use contact_labels, only: is_contact_label
    use path_point, only: path_point_t, point_at, evaluate_tests
    use path_state, only: path_state_t, located_event_t
    use path_events, only: event_t, event_limit, event_bifurcation
@@ -34,7 +31,7 @@ module known_path
    use path_outcome, only: outcome_t
    implicit none
    private
-   public :: retraces_path, lies_before_change, check_closure, is_known_bifurcation, find_known_bifurcation
+   public :: retraces_path, check_closure, is_known_bifurcation, find_known_bifurcation
 
    real(wp), parameter :: near = 1.0e-4_wp !! largest distance from a known critical point, divided by the length of the path, at
    !! which the path has returned to that point: the accuracy with which events are located; with values from 1E-5 to 1E-3 every
@@ -64,28 +61,6 @@ contains
          end associate
       end do
    end function retraces_path
-
-   !> True if a contact set is that before the last contact change, and its equilibrium lies on the side of this change from which
-   !> the path came. The path has passed this equilibrium, because the equilibria of one set form one curve through the change.
-   logical function lies_before_change(run, problem, state) result(before)
-      type(path_state_t), intent(in) :: run
-      type(problem_t), intent(in) :: problem     !! with the contact set in question
-      type(state_t), intent(in) :: state         !! equilibrium of this set
-      type(state_t) :: there
-      integer :: j
-      before = .false.
-      do j = size(run%critical_points%list), 1, -1
-         associate (change => run%critical_points%list(j))
-            if (.not. (change%label == '' .or. is_contact_label(change%label))) cycle
-            before = same_kind(problem%layout, change%problem%contact_span, problem%contact_span)
-            if (.not. before) return
-            there%geometry = change%state%geometry
-            call carry_to(problem, state, change%problem, there)
-            before = metric(change%problem, change%direction, displacement_between(change%problem, change%state, there)) < 0.0_wp
-            return
-         end associate
-      end do
-   end function lies_before_change
 
    !> True if `place` is a bifurcation of the parent path, or an earlier bifurcation of the path itself, beyond which the path is
    !> already known.
