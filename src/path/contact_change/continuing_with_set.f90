@@ -1,6 +1,5 @@
 !> Continues the path with another contact set. At a located change, trials have found this set. Where they found none, or where no
-!> increment converges, neighbours of the present set are tried: sets that differ from it by one edit (contact_trials). If no
-!> neighbour is valid, contact at many nodes gives the set (set_at_nodes).
+!> increment converges, neighbours of the present set are tried: sets that differ from it by one edit (contact_trials).
 module continuing_with_set
    use kinds, only: wp
    use model, only: step_t
@@ -11,7 +10,6 @@ module continuing_with_set
    use tried_sets, only: next_set_t, new_change_place
    use contact_trials, only: try_sets
    use rod_strips, only: same_kind
-   use set_at_nodes, only: find_set_at_nodes
    use step_off, only: tangent_along
    use entering_contact_set, only: go_to_next, replace_set, passes_value
    use path_point, only: span_tests_at
@@ -44,24 +42,12 @@ contains
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(next_set_t) :: next
-      logical :: passes
       finished = .false.
-      call try_sets(step, run, new_change_place(problem, step, run, run%last), next)
+      call try_sets(step, run, new_change_place(problem, step, run, run%last, reach=reach), next)
       changed = next%found
-      if (changed) then
-         call leave_recorded(problem, run, next%first)
-         call begin_set(problem, step, run, next, recorder, finished, outcome)
-      else
-         call find_set_at_nodes(problem, run, reach, next%first, changed)
-         if (.not. changed) return
-         ! The deck may ask for a point at a given value. A set that is valid only behind this value has no equilibrium there and is
-         ! not taken.
-         call come_before_values(problem, step, run, .false., next%first, passes)
-         changed = .not. passes
-         if (passes) return
-         call leave_recorded(problem, run, next%first)
-         call go_to_next(problem, step, run, next%first, recorder, finished, outcome)
-      end if
+      if (.not. changed) return
+      call leave_recorded(problem, run, next%first)
+      call begin_set(problem, step, run, next, recorder, finished, outcome)
       if (.not. (finished .or. allocated(outcome%why))) call check_return(problem, step, run, outcome)
    end subroutine find_other_set
 

@@ -204,9 +204,7 @@ contains
       type(tried_set_t), allocatable, intent(inout) :: valid(:)
       type(tried_set_t), allocatable, intent(inout) :: failed(:) !! sets with an equilibrium whose tests fail
       type(neighbour_t), allocatable :: neighbour(:)
-      type(tried_set_t) :: trial
-      integer :: d, k
-      logical :: found
+      integer :: d, k, try
       do d = 1, size(edit_place)
          if (edit_place(d)%strip == 0) cycle
          neighbour = neighbours_together(here%strip, on_strips(here%strip, present_contact_spans(from%set%problem, &
@@ -215,29 +213,49 @@ contains
             if (here%situation == before_closing .and. .not. may_close_span(neighbour(k)%edit)) cycle
             ! Where a free span vanishes, neighbours of prescribed length are tried only if no other neighbour is valid.
             if (here%situation == before_closing .and. any(neighbour(k)%held > 0) .and. size(valid) > 0) cycle
-            call solve_neighbour(here, from, neighbour(k), trial, found)
-            if (found) found = moves_little(here, trial%set) .and. .not. same_kind(here%problem%layout, here%problem%contact_span, &
-               & trial%set%problem%contact_span)
-            if (found) found = .not. is_among(trial, valid)
-            if (.not. found) cycle
-            trial%sized = any(neighbour(k)%held > 0)
-            trial%edits = from%edits + 1
-            trial%count = counted(from%count, here%strip, neighbour(k)%edit, neighbour(k)%parent, edit_place(d)%beside, &
-               & contacts_of(here%strip, from%set%problem, from%set%state), &
-               & contacts_of(here%strip, trial%set%problem, trial%set%state))
-            call set_label(trial%count, trial%set)
-            trial%edit = merge(neighbour(k)%edit, from%edit, from%edits == 0)
-            trial%length = neighbour(k)%length
-            call verify(step, run, here, trial)
-            if (trial%valid) then
-               call append(valid, trial)
+            ! Where no increment converges, a set without new length may be valid only from the end of the failed increment on, or
+            ! there alone: a support on the obstacle has laid the rod down.
+            do try = 1, merge(2, 1, allocated(here%failed_load) .and. all(neighbour(k)%held == 0))
+               call try_neighbour(step, run, here, from, neighbour(k), edit_place(d)%beside, try == 2, valid, failed)
                if (decided(here, valid)) return
-            else if (allocated(trial%fails) .and. size(failed) < most_failed) then
-               if (.not. is_among(trial, failed)) call append(failed, trial)
-            end if
+            end do
          end do
       end do
    end subroutine edit
+
+   !> Finds an equilibrium of a neighbour and finds out whether it is valid. A valid one is appended to the sets found.
+   subroutine try_neighbour(step, run, here, from, neighbour, beside, at_failed_load, valid, failed)
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(in) :: run
+      type(change_place_t), intent(in) :: here    !! the present set
+      type(tried_set_t), intent(in) :: from           !! the set that was edited
+      type(neighbour_t), intent(in) :: neighbour
+      integer, intent(in) :: beside(2)            !! numbers of the contacts beside the place of the edit (edit_place_t)
+      logical, intent(in) :: at_failed_load       !! true: at the load of the end of the increment that failed
+      type(tried_set_t), allocatable, intent(inout) :: valid(:)
+      type(tried_set_t), allocatable, intent(inout) :: failed(:) !! sets with an equilibrium whose tests fail
+      type(tried_set_t) :: trial
+      logical :: found
+      trial%at_failed_load = at_failed_load
+      call solve_neighbour(here, from, neighbour, trial, found)
+      if (found) found = moves_little(here, trial%set) .and. .not. same_kind(here%problem%layout, here%problem%contact_span, &
+         & trial%set%problem%contact_span)
+      if (found) found = .not. is_among(trial, valid)
+      if (.not. found) return
+      trial%sized = any(neighbour%held > 0)
+      trial%edits = from%edits + 1
+      trial%count = counted(from%count, here%strip, neighbour%edit, neighbour%parent, beside, contacts_of(here%strip, &
+         & from%set%problem, from%set%state), contacts_of(here%strip, trial%set%problem, trial%set%state))
+      call set_label(trial%count, trial%set)
+      trial%edit = merge(neighbour%edit, from%edit, from%edits == 0)
+      trial%length = neighbour%length
+      call verify(step, run, here, trial)
+      if (trial%valid) then
+         call append(valid, trial)
+      else if (allocated(trial%fails) .and. size(failed) < most_failed) then
+         if (.not. is_among(trial, failed)) call append(failed, trial)
+      end if
+   end subroutine try_neighbour
 
    !> True if a set is found with which the path goes on, so that no further set need be tried. Where a free span vanishes, all sets
    !> are tried, because only then it is known which begins first. Where no increment converges, a set with which the path turns

@@ -37,7 +37,8 @@ contains
       type(change_place_t), intent(in) :: here   !! the run's point, with its path tangent
       type(tried_set_t), intent(in) :: from      !! the set that is edited, at its equilibrium, which is the first guess
       type(neighbour_t), intent(in) :: neighbour
-      type(tried_set_t), intent(inout) :: trial  !! out: the neighbour's equilibrium, its system factored there
+      type(tried_set_t), intent(inout) :: trial  !! in: `at_failed_load`; out: the neighbour's equilibrium, its system factored
+      !! there
       logical, intent(out) :: found
       type(contact_span_t), allocatable :: contact_span(:)
       type(control_t) :: plane
@@ -49,6 +50,7 @@ contains
          call on_segments(here%strip, problem%covered, trial%edited, contact_span, found)
          if (.not. found) return
          next = new_other_set(problem, state, contact_span)
+         if (trial%at_failed_load) next%state%load_factor = here%failed_load
          call carry_forces(problem, state, next%problem, next%state)
          if (all(neighbour%held == 0)) then
             found = .not. neighbour%beyond

@@ -59,9 +59,7 @@ module set_validity
 contains
 
    !> True if an equilibrium is near enough to be on the same path: displacements and load factor differ by less than fixed bounds
-   !> from those of the run's point, or of the equilibrium of the present set beyond the change. (An equilibrium found by increments
-   !> with contact at nodes may be farther, but the load has changed, too; there the ratio of displacement to load decides, see
-   !> set_at_nodes.)
+   !> from those of the run's point, or of the equilibrium of the present set beyond the change.
    logical function moves_little(here, next)
       type(change_place_t), intent(in) :: here
       type(other_set_t), intent(in) :: next
@@ -93,8 +91,9 @@ contains
       type(change_place_t), intent(in) :: here
       type(tried_set_t), intent(inout) :: trial       !! in: set with its equilibrium, its edits and whether it is sized
       integer :: sense
-      logical :: decides                          ! true: one edit and a new length: the tests at the set's own equilibrium decide
-      decides = trial%sized .and. trial%edits == 1
+      logical :: decides                          ! true: the tests at the set's own equilibrium decide, because it lies apart from
+      ! the change: after one edit, with a new length or at the end of the increment that failed
+      decides = (trial%sized .or. trial%at_failed_load) .and. trial%edits == 1
       trial%valid = .false.
       trial%passes_limit = .false.
       if (allocated(trial%fails)) deallocate (trial%fails)

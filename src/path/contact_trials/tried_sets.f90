@@ -10,7 +10,7 @@
 !> `here%beyond` is on the path of the present set: the end of the increment, where one of its tests fails.
 module tried_sets
    use kinds, only: wp
-   use model, only: step_t, method_displacement
+   use model, only: step_t, method_load, method_displacement
    use problem, only: problem_t
    use rod_state, only: state_t
    use contact_spans, only: contact_span_t
@@ -46,6 +46,8 @@ module tried_sets
       type(strip_t), allocatable :: strip(:)      !! strips of the structure, along which contact sets are edited
       integer :: spans_begun = 0                  !! last number given to a contact span
       type(state_t), allocatable :: beyond        !! equilibrium of the present set beyond the change, where a test fails
+      real(wp), allocatable :: failed_load !! load factor at the end of the increment that does not converge; not allocated:
+      !! unknown, because the load is not prescribed
    contains
       procedure :: at_change
       procedure :: pivots_are_reliable
@@ -57,6 +59,7 @@ module tried_sets
       !! path tangent points onward
       type(contact_span_t), allocatable :: edited(:) !! the contact set on strips, as the edit has made it
       logical :: sized = .false.                  !! true: a length is prescribed
+      logical :: at_failed_load = .false.         !! true: the first equilibrium is at the end of the increment that failed
       integer :: edits = 0                        !! edits by which the set differs from the present one
       integer :: edit = 0                         !! the first of these edits (neighbours)
       type(edit_count_t) :: count                 !! contacts gained and lost by these edits
@@ -82,7 +85,7 @@ contains
 
    !> The place from which another contact set is sought: a located change (`zero`), a point at which or soon after which free spans
    !> vanish (`closing`), or, without both arguments, a point from which no increment converges.
-   function new_change_place(problem, step, run, point, zero, beyond, closing) result(here)
+   function new_change_place(problem, step, run, point, zero, beyond, closing, reach) result(here)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step            !! step of the deck; its first increment serves as a scale of load changes
       type(path_state_t), intent(in) :: run
@@ -91,6 +94,7 @@ contains
       type(state_t), allocatable, intent(in), optional :: beyond !! equilibrium of the present set further along the path; not
       !! allocated: none is known
       type(span_test_t), intent(in), optional :: closing(:) !! tests of free spans that are about to vanish
+      real(wp), intent(in), optional :: reach     !! size of the increment that does not converge
       type(change_place_t) :: here
       here%problem = problem
       here%path_point_t = point
@@ -109,6 +113,8 @@ contains
          here%situation = at_smooth_change
          if (any(zero(1)%kind == [test_gap, test_force, test_vanishing, test_couple])) here%situation = at_kink
          here%zero = zero
+      else if (present(reach) .and. run%control%method == method_load) then
+         here%failed_load = point%state%load_factor + sign(reach, run%control%increment)
       end if
    end function new_change_place
 
@@ -132,6 +138,7 @@ contains
       call copy_other_set(from%set, to%set)
       to%edited = from%edited
       to%sized = from%sized
+      to%at_failed_load = from%at_failed_load
       to%edits = from%edits
       to%edit = from%edit
       to%count = from%count

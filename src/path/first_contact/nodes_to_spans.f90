@@ -29,11 +29,10 @@ contains
 
    !> Makes increments of growing length with contact at nodes, until the contact corresponds to points and lines that pass their
    !> tests.
-   subroutine find_spans_ahead(problem, run, nodes, on, next, first, found, report, why)
-      type(problem_t), intent(in) :: problem     !! problem at the present point of the path
+   subroutine find_spans_ahead(problem, run, on, next, first, found, report, why)
+      type(problem_t), intent(in) :: problem     !! at the start of the path, on a mesh whose nodes detect contact
       type(path_state_t), intent(in) :: run
-      type(problem_t), intent(in) :: nodes       !! problem on a mesh whose nodes detect contact
-      type(path_state_t), intent(inout) :: on !! in: the run on the mesh of `nodes`; out: the run at the start of the last increment
+      type(path_state_t), intent(inout) :: on !! in: equal to `run`; out: the run at the start of the last increment
       type(other_set_t), intent(out) :: next          !! its contact spans have the numbers 1, 2, ...
       real(wp), intent(out) :: first             !! load factor after the first increment
       logical, intent(out) :: found
@@ -45,14 +44,14 @@ contains
       found = .false.
       first = on%last%state%load_factor
       do try = 1, most_increments
-         if (on%control%method == method_cylindrical) call set_tangent(nodes, on%last%system, on%last%tangent%u, &
+         if (on%control%method == method_cylindrical) call set_tangent(problem, on%last%system, on%last%tangent%u, &
             & on%last%tangent%load, on%control)
-         call advance(nodes, on%last, on%control, ahead, report)
+         call advance(problem, on%last, on%control, ahead, report)
          if (report%converged) then
-            ahead%tangent = path_tangent_of(nodes, on, ahead)
-            relation = relate(nodes, on%last%state, ahead%state, on%last%tangent, ahead%tangent, on%fresh)
+            ahead%tangent = path_tangent_of(problem, on, ahead)
+            relation = relate(problem, on%last%state, ahead%state, on%last%tangent, ahead%tangent, on%fresh)
             ! At the start of a path there is no previous direction with which the increment could be compared.
-            if (problem%is_sampled()) report%converged = same_path(relation) .and. .not. too_far(nodes, on%control, relation)
+            report%converged = same_path(relation) .and. .not. too_far(problem, on%control, relation)
             if (.not. report%converged) report%message = 'what equilibrium there is ahead lies on another path'
          end if
          if (.not. report%converged) then
@@ -61,7 +60,7 @@ contains
             cycle
          end if
          if (.not. allocated(why)) first = ahead%state%load_factor
-         call find_spans(nodes, ahead%state, next, found, why)
+         call find_spans(problem, ahead%state, next, found, why)
          ! Close to the run's point the chord to an equilibrium is rounding and may have any direction; farther away it shows
          ! whether the equilibrium is ahead.
          if (found) found = leads_to_next(problem, run, next)

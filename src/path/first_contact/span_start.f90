@@ -232,7 +232,7 @@ contains
       small = .false.
       do try = 1, most_parts
          call copy_path_state(run, on)
-         call find_spans_ahead(problem, run, problem, on, next, first, found, report, why)
+         call find_spans_ahead(problem, run, on, next, first, found, report, why)
          if (.not. found) then
             ! Increments with contact at nodes have gone beyond the end of the first increment without success: the first increment
             ! may have been too long, and a shorter one is tried.

@@ -175,7 +175,7 @@ contains
       if (.not. done) attempt%meshes = huge(attempt%meshes) - 1
    end subroutine retry_refined
 
-   !> Finds another contact set, by trials or else by contact at nodes, if no increment succeeds with the present set. This is done
+   !> Finds another contact set by trials if no increment succeeds with the present set. This is done
    !> once at each position along the path. attempt%changed is true if another set is found; otherwise the set is unchanged.
    subroutine try_another_set(problem, step, run, attempt, recorder, outcome)
       type(problem_t), intent(inout) :: problem

@@ -57,8 +57,8 @@ contains
          if (ended(attempt, outcome) .or. points_used_up() .or. rests_for_ever()) exit
          if (run%mesh%change_behind) call make_change_behind()
          if (ended(attempt, outcome)) exit
-         call start_from(run, attempt)
          call set_control(problem, step, run)
+         call start_from(run, attempt)
          ! Where a contact or free span has just begun, its tests change with powers of its length, so that slopes do not describe
          ! them.
          if (.not. abs(attempt%planned) > 0.0_wp) call note_slopes(problem, run)
