@@ -267,13 +267,15 @@ def test_a_run_that_a_killed_sweep_left_behind_is_waited_for(folder, timeout):
     killed.wait()
     second = begun(folder, program)
     runs = folder / "strip-sweep" / "runs"
-    if timeout is None:
-        wait_for(lambda: len(list(runs.glob("*.json"))) == N - 1, second)
-        time.sleep(0.2)
-        assert second.poll() is None and len(list(runs.glob("*.json"))) == N - 1
-    else:
-        assert second.wait() == 1 and "did not end in 1 s" in (folder / "strip-sweep" / "strip.csv").read_text()
-    (folder / "hold").unlink()
+    try:
+        if timeout is None:
+            wait_for(lambda: len(list(runs.glob("*.json"))) == N - 1, second)
+            time.sleep(0.2)
+            assert second.poll() is None and len(list(runs.glob("*.json"))) == N - 1
+        else:
+            assert second.wait() == 1 and "did not end in 1 s" in (folder / "strip-sweep" / "strip.csv").read_text()
+    finally:
+        (folder / "hold").unlink()
     if timeout is None:
         assert second.wait() == 0
         ours, theirs = ([line for line in (place / "strip.csv").read_text().splitlines() if not line.startswith("#")]
