@@ -13,7 +13,7 @@ module contact_trials
    use contact_spans, only: contact_span_t, initial_share
    use contact_set_edits, only: same_set
    use span_candidates, only: present_contact_spans
-   use test_kinds, only: span_test_t, any_fails
+   use test_kinds, only: span_test_t, any_fails, test_slack
    use other_set, only: other_set_t, copy_other_set, tests_of, go_to_load
    use path_state, only: path_state_t
    use edit_labels, only: counted, set_label, contacts_of
@@ -258,15 +258,16 @@ contains
    end subroutine try_neighbour
 
    !> True if a set is found with which the path goes on, so that no further set need be tried. Where a free span vanishes, all sets
-   !> are tried, because only then it is known which begins first. A set behind a limit point is taken only if no shorter length
-   !> gives an equilibrium before the limit point.
+   !> are tried, because only then it is known which begins first. Where no increment converges, a set with which the path turns
+   !> back is taken only if no other is valid. A set behind a limit point is taken only if no shorter length gives an equilibrium
+   !> before the limit point.
    pure logical function decided(here, valid)
       type(change_place_t), intent(in) :: here
       type(tried_set_t), intent(in) :: valid(:)   !! the sets found so far
       decided = size(valid) > 0 .and. here%situation /= before_closing
       if (.not. decided) return
       associate (last => valid(size(valid)))
-         decided = .not. last%passes_limit
+         decided = .not. (last%passes_limit .or. (last%turns .and. here%situation == no_increment))
       end associate
    end function decided
 
@@ -296,8 +297,9 @@ contains
    end function same_numbers
 
    !> Neighbours of a set at one of several places where its tests fail. If tests of the same kind fail at other places, for
-   !> instance at mirror images, a neighbour with the same edit at all these places comes first, then the neighbour that is edited
-   !> at one place only.
+   !> instance at mirror images, a neighbour with the same edit at all these places comes first. Then places are left out, those
+   !> first whose tests are farthest from failing: they may fail only by the error of the present mesh. Last comes the neighbour
+   !> that is edited at one place only.
    function neighbours_together(strip, set, edit_place, d, length) result(all)
       type(strip_t), intent(in) :: strip(:)
       type(contact_span_t), intent(in) :: set(:)  !! contact set on strips
@@ -314,7 +316,7 @@ contains
       do k = 1, size(single)
          alike = edit_place%kind == edit_place(d)%kind .and. edit_place%kind /= no_test .and. edit_place%strip > 0
          alike(d) = .false.
-         if (any(alike)) then
+         do while (any(alike))
             both = single(k)
             do j = 1, size(edit_place)
                if (.not. alike(j)) cycle
@@ -325,7 +327,11 @@ contains
                both%set = other(min(count(single(:k)%edit == single(k)%edit), size(other)))%set
             end do
             if (size(both%set) /= size(single(k)%set) .or. .not. same_set(both%set, single(k)%set)) all = [all, both]
-         end if
+            associate (farthest => maxval(edit_place%value, mask=alike))
+               if (.not. farthest > edit_place(d)%value) exit
+               alike = alike .and. edit_place%value < farthest - test_slack(edit_place(d)%kind)
+            end associate
+         end do
          all = [all, single(k)]
       end do
    end function neighbours_together

@@ -39,6 +39,7 @@ contains
       do k = 1, size(tests)
          associate (test => tests(k))
             edit_place(k)%kind = test%kind
+            edit_place(k)%value = test%value
             select case (test%kind)
             case (test_gap)
                edit_place(k)%contact = test%contact

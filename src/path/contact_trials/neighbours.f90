@@ -56,6 +56,7 @@ module neighbours
    !> A place at which the contact set may be wrong: that of a failing test, or an end of a contact.
    type :: edit_place_t
       integer :: kind = no_test              !! kind of the failing test (test_kinds)
+      real(wp) :: value = 0.0_wp             !! value of the test of a point or gap
       integer :: contact = 0 !! contact to which the place belongs, an index into model%contact; 0: not restricted to one contact
       integer :: strip = 0
       real(wp) :: at = 0.0_wp                !! coordinate along the strip
