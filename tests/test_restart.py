@@ -116,6 +116,24 @@ def killed(folder, shim, at):
     return int((folder / "count").read_text())
 
 
+@dr.release_only
+@pytest.mark.parametrize("name", ["column-walls", "ring"])
+def test_what_a_file_has_behind_where_its_run_stood_is_made_again(tmp_path, shim, name):
+    """All the rest of the run: branches, null vectors, rows of every table."""
+    (tmp_path / "deck.inp").write_text(dr.example(name))
+    run(tmp_path, "-o", "whole.h5", "deck.inp")
+    total = killed(tmp_path, shim, 0)
+    for part in (0.3, 0.6):
+        killed(tmp_path, shim, int(part * total))
+        shutil.copy(tmp_path / "whole.h5", tmp_path / "mixed.h5")
+        with h5py.File(tmp_path / "pieces.h5") as early, h5py.File(tmp_path / "mixed.h5", "a") as mixed:
+            assert early["restart/rows"][0] < len(mixed["path/load_factor"])
+            del mixed["restart"]
+            early.copy("restart", mixed)
+        run(tmp_path, "--restart", "mixed.h5")
+        assert differences(tmp_path / "whole.h5", tmp_path / "mixed.h5") == []
+
+
 @pytest.mark.parametrize("name, curves", [("ring-critical", ["CRITICAL"]), ("arch-imperfect", ["SMALLER", "LARGER"])])
 def test_limit_curves_go_on(tmp_path, shim, name, curves):
     """Killed at its writes, each run goes on with the limit point that was to come; those before are not sought again."""

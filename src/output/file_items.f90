@@ -166,6 +166,7 @@ contains
       type(items_t), intent(in) :: items
       character(*), intent(in) :: path, attribute !! full path; name of the attribute, '': none
       do place_of = 1, items%n
+         if (.not. allocated(items%box(place_of)%item)) cycle
          associate (item => items%box(place_of)%item)
             if (len(item%path) /= len(path) .or. len(item%attribute) /= len(attribute)) cycle
             if (item%path == path .and. item%attribute == attribute) return
@@ -201,20 +202,15 @@ contains
       end associate
    end subroutine put_item
 
-   !> Removes a group with all that is in it, or a dataset.
+   !> Removes a group with all that is in it, or a dataset. All other items keep their indices, which tables refer to; the boxes of
+   !> those removed remain, without an item.
    subroutine remove_items(items, path)
       type(items_t), intent(inout) :: items
       character(*), intent(in) :: path
-      integer :: i, n
-      n = items%n
-      items%n = 0
-      do i = 1, n
-         if (index(items%box(i)%item%path//'/', path//'/') == 1) then
-            deallocate (items%box(i)%item)
-         else
-            items%n = items%n + 1
-            if (items%n < i) call move_alloc(items%box(i)%item, items%box(items%n)%item)
-         end if
+      integer :: i
+      do i = 1, items%n
+         if (.not. allocated(items%box(i)%item)) cycle
+         if (index(items%box(i)%item%path//'/', path//'/') == 1) deallocate (items%box(i)%item)
       end do
    end subroutine remove_items
 

@@ -58,6 +58,7 @@ contains
       call begin_file(image, status)
       do i = 1, items%n
          if (status < 0) exit
+         if (.not. allocated(items%box(i)%item)) cycle
          call write_item(image, items%box(i)%item, status)
          if (status < 0) failed = 'write '//items%box(i)%item%path
       end do
