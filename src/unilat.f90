@@ -141,6 +141,7 @@ program unilat
       saved%kind = restart%kind
       if (restart%kind > 0) saved%archive = archive_t(loading=.true., n=size(restart%state), words=restart%state)
       saved%changed = options%deck /= '' .or. size(options%set) > 0
+      restart%own = .not. saved%changed .and. options%from == ''
       saved%steps = deck_model%step
       if (saved%changed) call check_other_deck()
       if (options%from /= '') call find_named_point(restart%items, options%restart, options%from, saved%branch, saved%from, &

@@ -134,6 +134,15 @@ def test_what_a_file_has_behind_where_its_run_stood_is_made_again(tmp_path, shim
         assert differences(tmp_path / "whole.h5", tmp_path / "mixed.h5") == []
 
 
+@dr.release_only
+def test_a_run_that_ends_in_its_first_buckling_step_begins_again(tmp_path):
+    (tmp_path / "deck.inp").write_text(dr.example("arch-imperfect"))
+    run(tmp_path, "-o", "whole.h5", "deck.inp")
+    run(tmp_path, "--max-seconds", "0.000001", "-o", "pieces.h5", "deck.inp", code=ENDED)
+    run(tmp_path, "--restart", "pieces.h5")
+    assert differences(tmp_path / "whole.h5", tmp_path / "pieces.h5") == []
+
+
 @pytest.mark.parametrize("name, curves", [("ring-critical", ["CRITICAL"]), ("arch-imperfect", ["SMALLER", "LARGER"])])
 def test_limit_curves_go_on(tmp_path, shim, name, curves):
     """Killed at its writes, each run goes on with the limit point that was to come; those before are not sought again."""

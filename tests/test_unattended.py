@@ -175,6 +175,62 @@ def test_seconds_are_limited(folder):
         assert run(folder, "--max-seconds", wrong, "endless.inp")[0] == 1
 
 
+# Two rollers pinch a rod with forces of a million times EI / L^2: at the last of some 25 points no increment converges, and trials of contact sets take a minute.
+PINCHED = """*HEADING, JOB=pinched
+Two rollers pinch a rod
+*NODE
+1, 0.0, 0.0
+2, 1.6657223596215336, 0.0
+3, 3.0, 0.0
+*LINE, ELSET=ROD, NSET=ROD, TYPE=GE8
+1, 2
+*LINE, ELSET=ROD, NSET=ROD, TYPE=GE8
+2, 3
+*BEAM SECTION, ELSET=ROD, SECTION=STIFFNESS
+859557.824459359, 1.0, , 1.0, 0.0
+*IMPERFECTION, ELSET=ROD, SHAPE=SINE
+6.3036836856800526e-06, 4.0, 0.0
+*BOUNDARY
+1, ENCASTRE
+*OBSTACLE, NAME=LOWER, TYPE=CIRCLE, SIDE=OUTSIDE
+0.9032249634584153, -0.42198971215616876, 0.40308005695514676
+*CONTACT, OBSTACLE=LOWER, NSET=ROD
+*OBSTACLE, NAME=UPPER, TYPE=CIRCLE, SIDE=OUTSIDE
+1.1806199596093827, 0.7463300522169884, 0.7292354140638303
+*CONTACT, OBSTACLE=UPPER, NSET=ROD
+*MONITOR, NAME=push, OBSTACLE=LOWER
+RN
+*STEP
+*ACCURACY, TOLERANCE=1e-05
+*STATIC, METHOD=CYLINDRICAL
+0.02, , 0.03
+*OBSTACLE MOTION
+LOWER, -0.1433414866834983, 0.2731540170849756
+UPPER, 0.17632193057031265, -0.2234554726798125
+*STOP
+LOAD, ABOVE, 1.0
+*END STEP
+"""
+
+
+@dr.release_only
+def test_seconds_are_limited_inside_an_increment(tmp_path):
+    """The trials of contact sets, in which the run is by then, end, too; the increment is dropped, and the run goes on from before it."""
+    (tmp_path / "pinched.inp").write_text(PINCHED)
+    limit = 4.0
+    before = time.monotonic()
+    code, _, err = run(tmp_path, "--quiet", "--max-seconds", str(limit), "pinched.inp")
+    assert code == ENDED and "the seconds of --max-seconds are used up" in err and time.monotonic() - before < 2.0 * limit, err
+    status, points = lengths(tmp_path / "pinched.h5")
+    assert status.startswith("stopped: the seconds of --max-seconds are used up")
+    code, _, err = run(tmp_path, "--quiet", "--max-seconds", "1", "--restart", "pinched.h5", "-o", "more.h5")
+    assert code == ENDED, err
+    with h5py.File(tmp_path / "pinched.h5") as one, h5py.File(tmp_path / "more.h5") as more:
+        n = one["restart/rows"][0]
+        assert n >= 20 and len(more["path/load_factor"]) >= n
+        assert (one["path/load_factor"][:n] == more["path/load_factor"][:n]).all()
+
+
 def test_branches_end_with_the_run(tmp_path):
     """What ends the run on a branch is no trouble of that branch: the others do not follow."""
     text = dr.on_given_mesh("euler")

@@ -1,16 +1,21 @@
 !> Detects that a signal or a time limit requires the run to end; both are recorded in posix_signals.c.
 !>
-!> These records are global state of the program (as is the clock of module timing), because signals belong to the process.
+!> The run ends between two increments. So that an increment with its searches for contact does not keep it, Newton's method and the
+!> trials of contact sets give up as soon as the run must end (give_up_for_end): what is sought inside the increment is then not
+!> found, and the increment is dropped.
+!> The records of both are global state of the program (as is the clock of module timing), because signals belong to the process.
 module run_end
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_long
    implicit none
    private
-   public :: watch_for_end, reason_to_end, guard_exit, ends_by_itself, has_stack
+   public :: watch_for_end, give_up_for_end, has_given_up, reason_to_end, guard_exit, ends_by_itself, has_stack
 
    !> Reasons for an end, in the numbering of posix_signals.c:
    character(*), parameter :: reason(7) = [character(60) :: 'ended by SIGTERM', 'ended by SIGINT', 'ended by SIGHUP', &
       & 'ended by SIGXCPU: the limit of CPU time is used up', 'ended by SIGXFSZ: the limit of file sizes is reached', &
       & 'ended by SIGPIPE: nobody reads the listing any more', 'the seconds of --max-seconds are used up']
+
+   logical :: given_up = .false.                 !! true: a computation was given up because the run must end
 
    interface
       !> After this call the signals TERM, INT, HUP, XCPU, XFSZ and PIPE are recorded instead of ending the program; a second TERM,
@@ -42,6 +47,17 @@ module run_end
    end interface
 
 contains
+
+   !> True if the run must end. The caller then gives up what it is computing, which is recorded.
+   logical function give_up_for_end()
+      give_up_for_end = c_received() > 0
+      given_up = given_up .or. give_up_for_end
+   end function give_up_for_end
+
+   !> True if a computation was given up because the run must end: whatever has failed since may have failed only for that.
+   logical function has_given_up()
+      has_given_up = given_up
+   end function has_given_up
 
    !> Message that explains why the run must end; '' if it need not end.
    function reason_to_end() result(words)

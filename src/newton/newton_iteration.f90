@@ -19,6 +19,7 @@ module newton_iteration
    use increment_report, only: increment_t, effort_of
    use converged_state, only: constraint_residual, contact_holds, keep_resultants
    use timing, only: count_up, counter_newton
+   use run_end, only: give_up_for_end
    implicit none
    private
    public :: iterate, solve_step, move
@@ -114,6 +115,10 @@ contains
       ! While foundations change their contact during the iteration, the iteration limit counts from the last change.
       do iteration = 1, settling_grip * newton%most
          newton%number = iteration
+         if (give_up_for_end()) then
+            report%message = 'the run must end'
+            return
+         end if
          if (iteration > min(newton%last_change, newton%last_progress + (stalled - 1) * newton%most) + newton%most) exit
          call solve_step(problem, state, system, rhs, frozen, newton%step, report)
          if (allocated(report%message)) return

@@ -1,6 +1,6 @@
 !> The group /restart of a result file: the checkpoint of a run, from which another run can continue.
 !>
-!>    state    words of the checkpoint (path/following/checkpoint), compressed by leave_out_zeros
+!>    state    words of the checkpoint (path/following/checkpoint), compressed by leave_out_zeros; none: the run stands at its start
 !>    rows     numbers of rows, at the checkpoint, of the tables named in the attribute tables; later rows are newer than the
 !>             checkpoint. Three more numbers: branch being followed, branches so far, words of the state as written
 !>    attribute layout: layout of the types of which the words consist
@@ -26,9 +26,12 @@ module restart_file
    !> Checkpoint of a run in its result file.
    type :: restart_t
       integer :: kind = 0                         !! kind of path on which the checkpoint was written; 0: no checkpoint
+      logical :: own = .true. !! true: the run to come has the deck with which the checkpoint was made, and goes on from there;
+      !! without a checkpoint it begins
       character(:), allocatable :: path           !! name of the result file
       character(:), allocatable :: deck           !! text of the deck
-      integer, allocatable :: state(:)            !! words of the checkpoint; compressed if they are to be written
+      integer, allocatable :: state(:) !! words of the checkpoint; compressed if they are to be written. Size 0: the run stands at
+      !! its start; not allocated: unknown
       character(:), allocatable :: tables         !! names of the tables whose numbers of rows are stored, see table_rows
       integer, allocatable :: rows(:)
       integer :: on_branch = 0                    !! branch that the run was following; 0: the path of the steps
@@ -40,11 +43,11 @@ module restart_file
 
 contains
 
-   !> Stores the group /restart, if there is a checkpoint.
+   !> Stores the group /restart, if it is known from where another run can continue.
    subroutine put_restart(file, restart)
       type(result_file_t), intent(inout) :: file
       type(restart_t), intent(in) :: restart
-      if (restart%kind == 0) return
+      if (.not. allocated(restart%state)) return
       call put_group(file, '/restart')
       call put_attribute(file, '/restart', 'layout', data_of(archive_layout))
       call put_attribute(file, '/restart', 'tables', data_of(restart%tables))
@@ -78,7 +81,6 @@ contains
          call fail(error, path//' does not say where its run stood: run its deck again')
          return
       end if
-      restart%kind = 1
       restart%tables = text_in(restart%items, '/restart', 'tables')
       if (text_in(restart%items, '/restart', 'layout') /= archive_layout .or. restart%tables == '') then
          call fail(error, path//' was written by another version of unilat, which has to go on with it: run its deck again')
@@ -93,7 +95,11 @@ contains
          restart%branches = numbers(n - 1)
          if (numbers(n) == size(words)) restart%state = with_zeros(words)
       end if
-      if (.not. allocated(restart%state)) call fail(error, path//' is damaged: where its run stood is not all there')
+      if (.not. allocated(restart%state)) then
+         call fail(error, path//' is damaged: where its run stood is not all there')
+      else if (size(restart%state) > 0) then
+         restart%kind = 1
+      end if
    end subroutine read_restart
 
    !> Finds the point with a given name. The error message lists the existing names.

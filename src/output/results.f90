@@ -82,6 +82,7 @@ contains
       call open_limit_series(results%limit_curves, results%file, model)
       if (any(model%step%n_modes > 0)) call put_group(results%file, '/buckling')
       if (goes_on) call take_up_branches(results, restart)
+      call take_up_checkpoint(results, restart)
       call system_clock(results%flushed, rate)
       results%stated = results%flushed
       results%flush_ticks = int(flush_seconds * real(rate, wp), i8)
@@ -107,13 +108,33 @@ contains
       end do
    end subroutine take_up_branches
 
-   !> True if a checkpoint is to be made now.
+   !> Sets the checkpoint of the file until the run makes one: that from which the run continues or, if it begins, its start.
+   subroutine take_up_checkpoint(results, restart)
+      type(results_t), intent(inout) :: results
+      type(restart_t), intent(in), optional :: restart
+      if (present(restart)) then
+         if (.not. restart%own) return
+         if (restart%kind > 0) then
+            results%checkpoint%tables = restart%tables
+            results%checkpoint%rows = restart%rows
+            results%checkpoint%on_branch = restart%on_branch
+            results%checkpoint%branches = restart%branches
+            call leave_out_zeros(restart%state, results%checkpoint%state)
+            return
+         end if
+      end if
+      call table_rows(results%file, results%checkpoint%tables, results%checkpoint%rows)
+      allocate (results%checkpoint%state(0))
+   end subroutine take_up_checkpoint
+
+   !> True if a checkpoint is to be made now: because the last one is old, or because no run could continue from the file yet.
    logical function results_due(results)
       type(results_t), intent(inout) :: results
       integer(i8) :: now
       call system_clock(now)
       results%has_states = .true.
-      results_due = now - results%stated >= max(results%flush_ticks, rest_of_flush * results%last_took)
+      results_due = now - results%stated >= max(results%flush_ticks, rest_of_flush * results%last_took) .or. &
+         & .not. allocated(results%checkpoint%state)
    end function results_due
 
    !> Stores a checkpoint, with all rows up to it, for the next flush, and flushes if it is due.
@@ -121,7 +142,6 @@ contains
       type(results_t), intent(inout) :: results
       integer, intent(in), contiguous :: words(:)
       type(error_t), allocatable, intent(out) :: error !! the file could not be written (at this or an earlier call)
-      results%checkpoint%kind = 1
       call leave_out_zeros(words, results%checkpoint%state)
       call table_rows(results%file, results%checkpoint%tables, results%checkpoint%rows)
       results%checkpoint%on_branch = merge(results%n_branches, 0, results%current == 1)

@@ -20,7 +20,7 @@ module path_loop
    use step_control, only: start_control
    use path_point, only: path_point_t, renew, evaluate_tests
    use point_recording, only: record
-   use path_outcome, only: outcome_t, must_end, note_trouble
+   use path_outcome, only: outcome_t, must_end, cut_short, note_trouble
    use linear_buckling, only: buckle
    use buckling_errors, only: add_buckling_bars
    use error_report, only: note_buckling_bars
@@ -341,6 +341,7 @@ contains
          call refine_mesh(problem, run, nowhere, .false., request, taken, done)
          if (.not. done) exit
       end do
+      if (cut_short(outcome)) return
       if (allocated(error)) then
          call note_trouble(outcome, 'step '//trim(step%name)//': '//error%message)
          return

@@ -5,6 +5,7 @@
 !> equilibrium is sought at the same load factor or, where the path is smooth, in the plane normal to the path.
 module set_trial
    use kinds, only: wp
+   use run_end, only: give_up_for_end
    use model, only: method_load
    use problem, only: problem_t
    use rod_state, only: state_t
@@ -32,7 +33,8 @@ module set_trial
 
 contains
 
-   !> Finds the equilibrium of a neighbour of a contact set.
+   !> Finds the equilibrium of a neighbour of a contact set. None is found once the run must end: the mesh of each of the many
+   !> neighbours would take longer than the equilibrium that is then given up.
    subroutine solve_neighbour(here, from, neighbour, trial, found)
       type(change_place_t), intent(in) :: here   !! the run's point, with its path tangent
       type(tried_set_t), intent(in) :: from      !! the set that is edited, at its equilibrium, which is the first guess
@@ -44,6 +46,8 @@ contains
       type(control_t) :: plane
       integer :: ends(2)
       logical :: first, free
+      found = .not. give_up_for_end()
+      if (.not. found) return
       first = from%edits == 0
       associate (next => trial%set, problem => from%set%problem, state => from%set%state)
          trial%edited = numbered(neighbour%set, max(here%spans_begun, maxval([0, neighbour%set%number])))

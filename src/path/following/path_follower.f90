@@ -22,7 +22,7 @@ module path_follower
    use settle_findings, only: arrival_t
    use path_acceptance, only: accept
    use corner_limit, only: report_turned_load
-   use path_outcome, only: outcome_t, must_end
+   use path_outcome, only: outcome_t, must_end, cut_short
    use span_changes, only: check_contact_change
    use minima_of_tests, only: note_slopes
    use missing_equilibrium, only: why_no_equilibrium
@@ -39,7 +39,7 @@ module path_follower
 contains
 
    !> Follows the path from the last accepted point to the stop condition or to the row where it must pause; the control must be
-   !> set. Passes checkpoints to the recorder between the attempts and at the end.
+   !> set. Passes checkpoints to the recorder between the attempts and, unless the run is cut short, at the end.
    subroutine follow_points(problem, step, run, recorder, outcome, attempt, pause)
       type(problem_t), intent(inout) :: problem  !! its mesh changes with contact spans
       type(step_t), intent(in) :: step           !! step of the deck, or its copy for a branch
@@ -50,6 +50,7 @@ contains
       integer, intent(in) :: pause !! row of the results at which the procedure returns, because the caller changes the steps there;
       !! 0: none
       do
+         if (cut_short(outcome)) return
          if (pause > 0 .and. run%points >= pause) return
          if (ended(attempt, outcome)) exit
          if (must_end(outcome)) exit

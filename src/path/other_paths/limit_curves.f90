@@ -15,7 +15,7 @@ module limit_curves
    use archive, only: archive_t, archive_reset
    use checkpoint, only: saved_run_t, on_curve, clear_end, change_steps
    use critical_points, only: critical_points_t
-   use path_outcome, only: outcome_t, must_end, note_trouble
+   use path_outcome, only: outcome_t, must_end, cut_short, note_trouble
    use span_tests, only: spans_hold
    use second_parameter, only: present_value
    use limit_search, only: curve_trace_t, trial_t, set_follower_tangent, scale_rate, evaluate_rate, search, as_coordinate, &
@@ -153,6 +153,7 @@ contains
          last = as_coordinate(curve, curve%last)
          largest = max(curve%largest / abs(curve%increment), 1.0_wp)
          do while (points < curve%max_points)
+            if (cut_short(outcome)) return
             call save_trace(must_end(outcome))
             if (allocated(outcome%why)) return
             place = distance * way
@@ -337,7 +338,7 @@ contains
       end subroutine save_trace
    end subroutine follow_curve
 
-   !> Passes the last limit point to the recorder.
+   !> Passes the last limit point to the recorder, unless the run was cut short.
    subroutine report(step, trace, trial, label, rigid, bars, recorder, outcome)
       type(step_t), intent(in) :: step
       type(curve_trace_t), intent(in) :: trace
@@ -350,6 +351,7 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(limit_point_t) :: point
       type(error_t), allocatable :: error
+      if (cut_short(outcome)) return
       associate (follower => trace%follower, curve => step%limit_curve(trace%number))
          point%step = follower%base%step
          point%curve = trace%number

@@ -16,7 +16,7 @@ module path_acceptance
    use settle_findings, only: arrival_t, settle
    use ordering, only: ascending
    use event_recording, only: record_event, announce, new_critical, go_to
-   use path_outcome, only: outcome_t, note_bracketed
+   use path_outcome, only: outcome_t, cut_short, note_bracketed
    use point_recording, only: record
    use error_bar, only: error_bars_t
    use corner_limit, only: report_turned_load
@@ -28,7 +28,7 @@ module path_acceptance
 contains
 
    !> Locates, orders and records the events of a converged increment and then the trial, which becomes the last accepted point. If
-   !> the increment must be repeated, no point is recorded.
+   !> the increment must be repeated, or the run was cut short, no point is recorded.
    subroutine accept(problem, step, run, trial, arrival, recorder, request, finished, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -46,6 +46,7 @@ contains
       call evaluate_tests(problem, trial)
       call find_events(problem, step, run, trial, findings)
       call settle(problem, step, run, trial, arrival, findings, outcome, request)
+      if (cut_short(outcome)) return
       if (request%shorter .or. request%repeats_increment()) return
       call report_turned_load(problem, step, run, recorder, outcome)
       if (allocated(outcome%why)) return

@@ -3,10 +3,10 @@ module path_outcome
    use kinds, only: wp
    use text, only: to_text, add_clause
    use path_record, only: accuracy_t
-   use run_end, only: reason_to_end
+   use run_end, only: reason_to_end, has_given_up
    implicit none
    private
-   public :: outcome_t, must_end, note_trouble, note_bracketed
+   public :: outcome_t, must_end, cut_short, note_trouble, note_bracketed
 
    !> How a run ended.
    type :: outcome_t
@@ -26,7 +26,7 @@ module path_outcome
 
 contains
 
-   !> True if a signal or a time limit requires the run to end. The increment in progress is then dropped.
+   !> True if a signal or a time limit requires the run to end.
    logical function must_end(outcome)
       type(outcome_t), intent(inout) :: outcome  !! result of the run; out: its reason is set if the run must end
       character(:), allocatable :: why
@@ -37,11 +37,19 @@ contains
       outcome%why = why
    end function must_end
 
-   !> Appends a failure that does not end the run.
+   !> True if the run must end and a computation was given up for this. Nothing that was sought since is then known: the increment
+   !> in progress is dropped, and what has failed is no reason why the run ends.
+   logical function cut_short(outcome)
+      type(outcome_t), intent(inout) :: outcome  !! result of the run; out: its reason is set if it is cut short
+      cut_short = has_given_up()
+      if (cut_short) cut_short = must_end(outcome)
+   end function cut_short
+
+   !> Appends a failure that does not end the run, unless the run was cut short.
    subroutine note_trouble(outcome, what)
       type(outcome_t), intent(inout) :: outcome
       character(*), intent(in) :: what !! description of the failure, one sentence
-      call add_clause(outcome%trouble, what)
+      if (.not. cut_short(outcome)) call add_clause(outcome%trouble, what)
    end subroutine note_trouble
 
    !> Appends a message about an event that was bracketed but not located.
