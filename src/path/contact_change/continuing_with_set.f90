@@ -1,5 +1,5 @@
 !> Continues the path with another contact set. At a located change, trials have found this set. Where they found none, or where no
-!> increment converges, neighbours of the present set are tried: sets that differ from it by one edit (contact_trials).
+!> increment converges, neighbours of the present set are tried: sets that differ from it by one edit or two (contact_trials).
 module continuing_with_set
    use kinds, only: wp
    use model, only: step_t

@@ -31,7 +31,7 @@ contains
    !> tests.
    subroutine find_spans_ahead(problem, run, on, next, first, found, report, why)
       type(problem_t), intent(in) :: problem     !! at the start of the path, on a mesh whose nodes detect contact
-      type(path_state_t), intent(in) :: run
+      type(path_state_t), intent(in) :: run      !! the run at the start of the path
       type(path_state_t), intent(inout) :: on !! in: equal to `run`; out: the run at the start of the last increment
       type(other_set_t), intent(out) :: next          !! its contact spans have the numbers 1, 2, ...
       real(wp), intent(out) :: first             !! load factor after the first increment

@@ -1,7 +1,7 @@
 !> Remedies after a failed increment, in this order: release of interface points, a contact change just ahead, the mesh before the
 !> last coarsening, a mesh twice as fine, a corner of the path, a shorter increment. If the increment would become too short,
-!> another contact set is searched for by trials (continuing_with_set). A remedy is skipped if its condition
-!> is not met. A remedy returns `done` = true if no further remedy is needed, because the remedy succeeded or the run ends.
+!> another contact set is searched for by trials (continuing_with_set). A remedy is skipped if its condition is not met. A remedy
+!> returns `done` = true if no further remedy is needed, because the remedy succeeded or the run ends.
 module step_recovery
    use kinds, only: wp
    use model, only: step_t, method_load, method_displacement
