@@ -17,7 +17,8 @@ module mesh_request
    use error_bar, only: error_bar_t, error_bars_t, largest_unseen, allowed_part, lacks_bound, bar_of
    implicit none
    private
-   public :: refinement_t, request_mesh, coarser_mesh, motion_sizes, stays_within, value_sizes, rounding_of, excess, most_meshes
+   public :: refinement_t, request_mesh, coarser_mesh, motion_sizes, idle_motion, stays_within, value_sizes, rounding_of, excess, &
+      & most_meshes
 
    !> History of the meshes made for one point of the path.
    type :: refinement_t
@@ -377,6 +378,13 @@ contains
       ! A rod that only shortens does not rotate. The displacement over the structure's size is then used as rotation.
       sizes(2) = max(sizes(2), sizes(1) / problem%size)
    end function motion_sizes
+
+   !> Displacement [length] and rotation [rad] of a structure that does not move: rounding.
+   pure function idle_motion(problem) result(sizes)
+      type(problem_t), intent(in) :: problem
+      real(wp) :: sizes(2)
+      sizes = idle_rounding * [problem%size, 1.0_wp]
+   end function idle_motion
 
    !> True if two states on one mesh differ by no more than the largest displacement and rotation of the path so far.
    pure logical function stays_within(problem, from, to, motion) result(within)

@@ -23,7 +23,7 @@ module path_errors
    use state_functional, only: functional_t
    use error_contributions, only: contributions_t, find_contributions, eigenvalue_shares
    use place_functional, only: moving_ends, places_at, named_place
-   use mesh_request, only: value_sizes, motion_sizes
+   use mesh_request, only: value_sizes, motion_sizes, stays_within, idle_motion
    use missed_modes, only: unstable_difference, sign_uncertain
    use hidden_contacts, only: may_be_open, may_touch
    use located_zero, only: zero_t, zero_value, left_of_zero, find_event_gap, between_nodes, located_gap, mode_rounding
@@ -58,7 +58,8 @@ module path_errors
    real(wp), parameter :: least_bend = 0.1_wp !! smallest ratio, that is used, of the event function's slope after the first step to
    !! the slope before this step
    real(wp), parameter :: no_modes(0, 0) = reshape([real(wp) ::], [0, 0])
-   character(*), parameter :: not_known = 'sums of contact forces have no estimate', &
+   character(*), parameter :: unresolved = 'elements of a higher order change displacements by more than their size', &
+      & not_known = 'sums of contact forces have no estimate', &
       & no_function = 'the value that is zero at this point cannot be computed with elements of a higher order'
 
 contains
@@ -94,9 +95,11 @@ contains
       if (point%ok) bars%missed = unstable_difference(problem, state, system, path, point, 0)
       if (point%ok .and. places) bars%unsure = sign_uncertain(problem, state, system, path, point)
       call values_beside(path, point)
-      if (.not. point%ok) then
+      bars%too_coarse = .not. point%ok
+      if (point%ok) bars%too_coarse = .not. resolves(problem, state, point%state)
+      if (bars%too_coarse) then
          bars%why = no_convergence
-         bars%too_coarse = .true.
+         if (point%ok) bars%why = unresolved
          return
       end if
       sizes = motion_sizes(problem, state%u)
@@ -110,6 +113,17 @@ contains
       if (path%control%method == method_displacement) bars%monitor(path%control%monitor) = given
       call move_alloc(point%system, finer%system)
    end subroutine point_errors
+
+   !> True if a mesh resolves the displacements at all: elements of a higher order change them by less than their size. Otherwise
+   !> they may be the errors of the mesh alone, and contributions of elements to the change say nothing about finer meshes. Numbers
+   !> of interest need not show it, for instance if they are zero by symmetry.
+   logical function resolves(problem, state, better)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state         !! equilibrium on the mesh
+      type(state_t), intent(in) :: better        !! that with elements of a higher order
+      resolves = stays_within(problem, state, better, idle_motion(problem)) .and. stays_within(problem, better, state, &
+         & idle_motion(problem))
+   end function resolves
 
    !> Errors of a located event. The distance to the event along the path of the enriched problem is the value of the event function
    !> on the enriched problem, divided by the slope of the function.
