@@ -21,7 +21,7 @@ module span_changes
    use closing_spans, only: about_to_close, close_spans
    use contact_change_types, only: step_interval_t, change_t, new_interval, change_none, change_missed, change_located, &
       & place_within, place_here, place_ahead
-   use other_set, only: other_set_t, on_next_mesh
+   use other_set, only: other_set_t, copy_other_set, on_next_mesh
    use span_events, only: find_change
    use minima_of_tests, only: check_between
    use simultaneous_tests, only: coming_next
@@ -169,6 +169,15 @@ contains
       vanishes = is_length(change%tests(change%which)%kind) .and. change%label /= '  '
       if (vanishes) call find_vanished(problem, change%point%state, change%tests(change%which), difference_load(run), &
          & step%locate_tolerance, without, vanishes)
+      if (next%found .and. next%first%test > 0) then
+         ! The set begins at a corner of the path: its tangent there is turned back to the side from which the path arrives.
+         vanishes = .true.
+         call copy_other_set(next%first, without)
+         if ((without%state%load_factor - change%point%state%load_factor) * without%tangent%load < 0.0_wp) then
+            without%tangent%u = -without%tangent%u
+            without%tangent%load = -without%tangent%load
+         end if
+      end if
       if (vanishes) then
          without%label = change%label
          without%divides = change%divides

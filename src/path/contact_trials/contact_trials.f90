@@ -78,6 +78,7 @@ contains
             onward%path_point_t = trial%there
          end if
          onward%label = '  '
+         onward%test = 0
       end associate
 
    contains

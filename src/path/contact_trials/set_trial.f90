@@ -22,6 +22,7 @@ module set_trial
    use rod_strips, only: strip_t, on_segments, strip_place, brought_near
    use beginning_contacts, only: release
    use neighbours, only: neighbour_t, edit_add
+   use end_onset, only: go_to_end_onset
    use tried_sets, only: change_place_t, tried_set_t, at_smooth_change
    implicit none
    private
@@ -70,6 +71,7 @@ contains
             end if
             if (found .and. first .and. here%at_change() .and. neighbour%edit == edit_add) &
                & call release(next, here%spans_begun + 1, free)
+            if (found .and. first .and. here%at_change()) call go_to_end_onset(here, next)
          else
             ends = held_ends(next, here%strip, neighbour)
             found = any(ends > 0)

@@ -10,7 +10,9 @@
 !>   on_path            within reach of the last increment, or ahead                            x          x
 !>   contact_holds      contacts of nodes have the right sign                                   x          x
 !>   onset              the set begins ahead of the point (set_onset)                           x       if it turns
-!>   senses tried       along the path and back                                 2      1        2          2 (n: 1)
+!>   senses tried       along the path and back                                 2      1 (*)    2          2 (n: 1)
+!>
+!> (*) 2 for a set that holds a contact at an end (end_onset), where the path has a kink, too.
 !>
 !> A set with a new length makes no kink: the path has the same tangent before and after the change. The path therefore continues
 !> with this set in the same sense, and the set is judged by its tests at its own equilibrium after the change. Where a contact
@@ -34,7 +36,7 @@ module set_validity
    use path_continuity, only: path_tangent_t
    use path_state, only: path_state_t
    use step_control, only: largest_growth, least_part
-   use test_kinds, only: span_test_t, any_fails, test_slack, test_force, test_pressure, test_vanishing, test_couple
+   use test_kinds, only: span_test_t, any_fails, test_slack, test_force, test_pressure, test_vanishing, test_couple, test_slope
    use other_set, only: other_set_t, copy_other_set, tests_of
    use reachability, only: leads_to_next
    use set_onset, only: find_onset
@@ -101,9 +103,15 @@ contains
          set%tangent = tangent_along(set, carried_field(here%problem, here%state, here%tangent%u, set%problem, &
             & carried(here%problem, here%state, set%problem)), here%tangent%load)
          if (here%at_change() .and. (decides .or. any(trial%edit == [edit_open, edit_end_off]))) then
-            if (.not. goes_on_smoothly(here, set)) return
+            if (here%zero(1)%kind == test_slope) then
+               set%tangent = tangent_along(set, displacement_between(set%problem, carried(here%problem, here%state, &
+                  & set%problem), set%state), set%state%load_factor - here%state%load_factor)
+            else if (.not. goes_on_smoothly(here, set)) then
+               return
+            end if
          end if
-         do sense = 1, merge(1, 2, decides .or. here%situation == at_smooth_change)
+         ! A set at its onset at an end (end_onset) is behind a corner of the path.
+         do sense = 1, merge(1, 2, decides .or. (here%situation == at_smooth_change .and. set%test == 0))
             if (sense == 2) call reverse(set%tangent)
             trial%turns = sense == 2
             if (decides) call verify_at_equilibrium(here, trial)

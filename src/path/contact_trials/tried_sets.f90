@@ -16,7 +16,7 @@ module tried_sets
    use contact_spans, only: contact_span_t
    use rod_strips, only: strip_t, find_strips
    use path_point, only: path_point_t
-   use path_state, only: path_state_t
+   use path_state, only: path_state_t, difference_load
    use test_kinds, only: span_test_t, test_gap, test_force, test_curvature, test_vanishing, test_couple
    use other_set, only: other_set_t, copy_other_set
    use edit_labels, only: edit_count_t
@@ -36,6 +36,8 @@ module tried_sets
    !> The run's point, from which another contact set is sought.
    type, extends(other_set_t) :: change_place_t
       real(wp) :: least_load = 0.0_wp             !! smallest unit in which changes of the load factor are measured
+      real(wp) :: small_load = 0.0_wp             !! small change of the load factor, for finite differences
+      real(wp) :: locate_tolerance = 0.0_wp       !! relative tolerance of load factors at located places
       real(wp) :: travelled = 0.0_wp !! length of the path up to this point, as a displacement: it may be large although the
       !! structure is back where it was
       integer :: situation = no_increment         !! at_kink, at_smooth_change, before_closing or no_increment
@@ -100,6 +102,8 @@ contains
       here%path_point_t = point
       here%least_load = abs(run%last_load)
       if (step%method /= method_displacement) here%least_load = max(here%least_load, abs(step%increment))
+      here%small_load = difference_load(run)
+      here%locate_tolerance = step%locate_tolerance
       here%travelled = run%arc_length * problem%size
       here%spans_begun = run%spans_begun
       here%strip = find_strips(problem%layout)
