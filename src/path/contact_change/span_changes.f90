@@ -34,6 +34,7 @@ module span_changes
    use vanished_length, only: find_vanished
    use contact_trials, only: try_sets
    use contact_ways, only: other_ways
+   use step_control, only: too_short
    use tried_sets, only: change_place_t, tried_set_t, next_set_t, new_change_place
    use event_recording, only: new_critical, announce
    use critical_points, only: critical_point_t
@@ -162,6 +163,10 @@ contains
       if (.not. (interval%stuck .or. change%where == place_ahead)) beyond = interval%to%state
       here = new_change_place(problem, step, run, change%point, change%zero, beyond)
       call try_sets(step, run, here, next)
+      if (.not. next%found .and. next%too_far .and. .not. too_short(step, run%control, 0.5_wp)) then
+         request%shorter = .true.
+         return
+      end if
       if (next%found) then
          change%label = next%first%label
          change%divides = next%first%divides

@@ -55,7 +55,7 @@ contains
       type(tried_set_t) :: trial                  ! the set found
       integer :: best
       edit_place = places_to_edit(here)
-      call try_edits(step, run, here, edit_place, first_length, valid)
+      call try_edits(step, run, here, edit_place, first_length, valid, next%too_far)
       next%found = size(valid) > 0
       if (.not. next%found) return
       best = 1
@@ -104,11 +104,12 @@ contains
       type(tried_set_t), intent(inout) :: trial   !! the set found
       type(tried_set_t), allocatable :: larger(:)
       real(wp) :: length
+      logical :: too_far
       length = first_length(trial%length)
       do while (trial%sized .and. .not. load_changes(here, trial%set))
          length = growth * length
          if (length > longest) return
-         call try_edits(step, run, here, edit_place, [length], larger)
+         call try_edits(step, run, here, edit_place, [length], larger, too_far)
          if (size(larger) == 0) return
          if (larger(1)%passes_limit .or. .not. same_kind(trial%set%problem%layout, &
             & larger(1)%set%problem%contact_span, trial%set%problem%contact_span)) return
@@ -170,23 +171,25 @@ contains
 
    !> Tries the neighbours of the present set at the given places. If no neighbour is valid, each of them is edited once more where
    !> its tests fail.
-   subroutine try_edits(step, run, here, edit_place, length, valid)
+   subroutine try_edits(step, run, here, edit_place, length, valid, too_far)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here    !! the present set
       type(edit_place_t), intent(in) :: edit_place(:)
       real(wp), intent(in) :: length(:)           !! lengths of a new contact or free span that are tried / length of the strip
       type(tried_set_t), allocatable, intent(out) :: valid(:) !! the sets found
+      logical, intent(out) :: too_far             !! true: a set has an equilibrium, but too far to be on the same path
       type(tried_set_t), allocatable :: from(:), failed(:)
       integer :: edits, k
+      too_far = .false.
       allocate (valid(0), from(1))
       call copy_other_set(here%other_set_t, from(1)%set)
       do edits = 1, merge(1, most_edits, here%situation == before_closing)
          allocate (failed(0))
          do k = 1, size(from)
-            if (edits == 1) call edit(step, run, here, from(k), edit_place, length, valid, failed)
+            if (edits == 1) call edit(step, run, here, from(k), edit_place, length, valid, failed, too_far)
             if (edits > 1) call edit(step, run, here, from(k), places_of_tests(from(k)%set%problem, from(k)%fails_at, &
-               & here%strip, from(k)%fails, from(k)%set%system%force_scale), length, valid, failed)
+               & here%strip, from(k)%fails, from(k)%set%system%force_scale), length, valid, failed, too_far)
             if (decided(here, valid)) return
          end do
          if (size(valid) > 0) return
@@ -195,7 +198,7 @@ contains
    end subroutine try_edits
 
    !> Tries the neighbours of one set, by edits at the given places.
-   subroutine edit(step, run, here, from, edit_place, length, valid, failed)
+   subroutine edit(step, run, here, from, edit_place, length, valid, failed, too_far)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here    !! the present set
@@ -204,6 +207,7 @@ contains
       real(wp), intent(in) :: length(:)           !! lengths of a new contact or free span that are tried / length of the strip
       type(tried_set_t), allocatable, intent(inout) :: valid(:)
       type(tried_set_t), allocatable, intent(inout) :: failed(:) !! sets with an equilibrium whose tests fail
+      logical, intent(inout) :: too_far           !! true: a set has an equilibrium, but too far to be on the same path
       type(neighbour_t), allocatable :: neighbour(:)
       integer :: d, k, try
       do d = 1, size(edit_place)
@@ -217,7 +221,7 @@ contains
             ! Where no increment converges, a set without new length may be valid only from the end of the failed increment on, or
             ! there alone: a support on the obstacle has laid the rod down.
             do try = 1, merge(2, 1, allocated(here%failed_load) .and. all(neighbour(k)%held == 0))
-               call try_neighbour(step, run, here, from, neighbour(k), edit_place(d)%beside, try == 2, valid, failed)
+               call try_neighbour(step, run, here, from, neighbour(k), edit_place(d)%beside, try == 2, valid, failed, too_far)
                if (decided(here, valid)) return
             end do
          end do
@@ -225,7 +229,7 @@ contains
    end subroutine edit
 
    !> Finds an equilibrium of a neighbour and finds out whether it is valid. A valid one is appended to the sets found.
-   subroutine try_neighbour(step, run, here, from, neighbour, beside, at_failed_load, valid, failed)
+   subroutine try_neighbour(step, run, here, from, neighbour, beside, at_failed_load, valid, failed, too_far)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here    !! the present set
@@ -235,12 +239,15 @@ contains
       logical, intent(in) :: at_failed_load       !! true: at the load of the end of the increment that failed
       type(tried_set_t), allocatable, intent(inout) :: valid(:)
       type(tried_set_t), allocatable, intent(inout) :: failed(:) !! sets with an equilibrium whose tests fail
+      logical, intent(inout) :: too_far           !! true: a set has an equilibrium, but too far to be on the same path
       type(tried_set_t) :: trial
       logical :: found
       trial%at_failed_load = at_failed_load
       call solve_neighbour(here, from, neighbour, trial, found)
-      if (found) found = moves_little(here, trial%set) .and. .not. same_kind(here%problem%layout, here%problem%contact_span, &
-         & trial%set%problem%contact_span)
+      if (.not. found) return
+      if (same_kind(here%problem%layout, here%problem%contact_span, trial%set%problem%contact_span)) return
+      found = moves_little(here, trial%set)
+      too_far = too_far .or. (neighbour%beyond .and. .not. found)
       if (found) found = .not. is_among(trial, valid)
       if (.not. found) return
       trial%sized = any(neighbour%held > 0)
