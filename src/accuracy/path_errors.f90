@@ -96,7 +96,8 @@ contains
       if (point%ok .and. places) bars%unsure = sign_uncertain(problem, state, system, path, point)
       call values_beside(path, point)
       bars%too_coarse = .not. point%ok
-      if (point%ok) bars%too_coarse = .not. resolves(problem, state, point%state)
+      ! Elements given by the deck stay, and the bars tell how coarse they are.
+      if (point%ok .and. any(problem%layout%rod_segment%placed)) bars%too_coarse = .not. resolves(problem, state, point%state)
       if (bars%too_coarse) then
          bars%why = no_convergence
          if (point%ok) bars%why = unresolved
