@@ -54,6 +54,8 @@ contains
       arrival%times = next%times
       arrival%bracketed = .not. is_located(problem, step, run, next)
       arrival%divides = next%divides
+      ! Where a test of the set is zero the contact changes, and the load may turn, with or without a label.
+      arrival%changes = next%test > 0
       arrival%tries = 0
       do
          run = on_next_mesh(before, start, next)
@@ -69,7 +71,7 @@ contains
             if (.not. is_there(run, next)) next%tangent = path_tangent_of(problem, run, next%path_point_t)
          end if
          if (next%test > 0) call bars_at_point(problem, step, run, next%path_point_t, next%label, .false., next%test, &
-            & arrival%bars)
+            & arrival%bars, wanted=.true.)
          call accept(problem, step, run, next%path_point_t, arrival, recorder, request, finished, outcome)
          if (.not. request%repeats_increment()) exit
          start%mesh%refinement = run%mesh%refinement

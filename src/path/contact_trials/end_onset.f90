@@ -58,7 +58,7 @@ contains
       logical, intent(out) :: found
       integer :: number
       number = self%number_of(tests)
-      found = number > 0
+      found = number > 0 .and. set%system%ok
       value = 0.0_wp
       if (found) value = tests(number)%value
    end subroutine evaluate

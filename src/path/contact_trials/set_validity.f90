@@ -104,6 +104,7 @@ contains
             & carried(here%problem, here%state, set%problem)), here%tangent%load)
          if (here%at_change() .and. (decides .or. any(trial%edit == [edit_open, edit_end_off]))) then
             if (here%zero(1)%kind == test_slope) then
+               ! The path has a corner where a contact leaves an end: it goes on in the sense in which the new length grows.
                set%tangent = tangent_along(set, displacement_between(set%problem, carried(here%problem, here%state, &
                   & set%problem), set%state), set%state%load_factor - here%state%load_factor)
             else if (.not. goes_on_smoothly(here, set)) then
