@@ -163,6 +163,7 @@ contains
       if (.not. (interval%stuck .or. change%where == place_ahead)) beyond = interval%to%state
       here = new_change_place(problem, step, run, change%point, change%zero, beyond)
       call try_sets(step, run, here, next)
+      ! A set may be found from the end of a shorter increment.
       if (.not. next%found .and. next%too_far .and. .not. too_short(step, run%control, 0.5_wp)) then
          request%shorter = .true.
          return

@@ -178,7 +178,7 @@ contains
       type(edit_place_t), intent(in) :: edit_place(:)
       real(wp), intent(in) :: length(:)           !! lengths of a new contact or free span that are tried / length of the strip
       type(tried_set_t), allocatable, intent(out) :: valid(:) !! the sets found
-      logical, intent(out) :: too_far             !! true: a set has an equilibrium, but too far to be on the same path
+      logical, intent(out) :: too_far             !! true: the end of the increment is too far away to serve as a first guess
       type(tried_set_t), allocatable :: from(:), failed(:)
       integer :: edits, k
       too_far = .false.
@@ -207,7 +207,7 @@ contains
       real(wp), intent(in) :: length(:)           !! lengths of a new contact or free span that are tried / length of the strip
       type(tried_set_t), allocatable, intent(inout) :: valid(:)
       type(tried_set_t), allocatable, intent(inout) :: failed(:) !! sets with an equilibrium whose tests fail
-      logical, intent(inout) :: too_far           !! true: a set has an equilibrium, but too far to be on the same path
+      logical, intent(inout) :: too_far           !! true: the end of the increment is too far away to serve as a first guess
       type(neighbour_t), allocatable :: neighbour(:)
       integer :: d, k, try
       do d = 1, size(edit_place)
@@ -239,15 +239,14 @@ contains
       logical, intent(in) :: at_failed_load       !! true: at the load of the end of the increment that failed
       type(tried_set_t), allocatable, intent(inout) :: valid(:)
       type(tried_set_t), allocatable, intent(inout) :: failed(:) !! sets with an equilibrium whose tests fail
-      logical, intent(inout) :: too_far           !! true: a set has an equilibrium, but too far to be on the same path
+      logical, intent(inout) :: too_far           !! true: the end of the increment is too far away to serve as a first guess
       type(tried_set_t) :: trial
       logical :: found
       trial%at_failed_load = at_failed_load
       call solve_neighbour(here, from, neighbour, trial, found)
-      if (.not. found) return
-      if (same_kind(here%problem%layout, here%problem%contact_span, trial%set%problem%contact_span)) return
-      found = moves_little(here, trial%set)
+      if (found) found = moves_little(here, trial%set)
       too_far = too_far .or. (neighbour%beyond .and. .not. found)
+      if (found) found = .not. same_kind(here%problem%layout, here%problem%contact_span, trial%set%problem%contact_span)
       if (found) found = .not. is_among(trial, valid)
       if (.not. found) return
       trial%sized = any(neighbour%held > 0)

@@ -77,8 +77,8 @@ module tried_sets
    !> The contact set with which the path continues.
    type :: next_set_t
       logical :: found = .false.                  !! false: no set was found, and `first` and `onward` are undefined
-      logical :: too_far = .false. !! true: a set has an equilibrium at the end of the increment, but too far from the change to be
-      !! on the same path for sure; on a shorter increment it is nearer
+      logical :: too_far = .false. !! true: the end of the increment is too far away to serve as a first guess: a set has no
+      !! equilibrium near the change from there. On a shorter increment it may have
       type(other_set_t) :: first !! first equilibrium of the set, labelled as a change of contact. At a located change, all tests of
       !! the set are satisfied at this equilibrium; otherwise it is the set's onset
       type(other_set_t) :: onward !! equilibrium further along the path, where all tests of the set are satisfied and from which
